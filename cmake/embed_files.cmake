@@ -1,0 +1,10 @@
+# Writes OUTPUT, a C++ file with the text of every file in FILES as {name, text} pairs.
+set(code "#include \"runtime/embedded_kernels.hpp\"\n\nnamespace vivant {\n")
+string(APPEND code "const std::vector<EmbeddedFile>& embedded_kernels() {\n  static const std::vector<EmbeddedFile> files = {\n")
+foreach(file ${FILES})
+  get_filename_component(name ${file} NAME)
+  file(READ ${file} text)
+  string(APPEND code "{\"${name}\", R\"~~~(${text})~~~\"},\n")
+endforeach()
+string(APPEND code "  };\n  return files;\n}\n}  // namespace vivant\n")
+file(WRITE ${OUTPUT} "${code}")
