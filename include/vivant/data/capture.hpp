@@ -1,0 +1,82 @@
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vivant/data/body.hpp"
+#include "vivant/data/camera.hpp"
+#include "vivant/data/motion.hpp"
+#include "vivant/io/ply.hpp"
+
+namespace vivant {
+
+/// An axis-aligned box in the world.
+struct Box {
+  Eigen::Vector3d min = Eigen::Vector3d::Zero();
+  Eigen::Vector3d max = Eigen::Vector3d::Zero();
+  Eigen::Vector3d size() const { return max - min; }
+  Eigen::Vector3d centre() const { return 0.5 * (min + max); }
+};
+
+/// One picture of a capture. Pictures are read when asked for.
+struct CaptureFrame {
+  std::string name;  ///< as the capture's file writes it: "images/0001.png"
+  std::filesystem::path image_path;
+  std::filesystem::path mask_path;  ///< empty when the frame has no mask
+  bool mask_keeps = false;          ///< nerfstudio's mask_path: 0 marks the pixels to leave out
+  Camera camera;
+  int body_frame = -1;    ///< row of the human's poses, -1 when there is none
+  bool held_out = false;  ///< kept for evaluation
+};
+
+/// The person of a capture.
+struct CaptureHuman {
+  Body body;     ///< as the file holds it; shaped(body, poses.shape) is the person's own
+  Motion poses;  ///< in the world of the cameras, metres
+};
+
+/// A video or a set of photographs with cameras, and a person when `human` is set. docs/capture-format.md.
+struct Capture {
+  std::filesystem::path source;  ///< the transforms.json
+  double fps = 24;
+  std::vector<CaptureFrame> frames;
+  std::optional<CaptureHuman> human;
+  PointCloud points;  ///< sparse points of the scene, may be empty
+  Box scene_box;
+  bool scene_box_given = false;  ///< false: derived from cameras, points or the body's path
+
+  /// Indices of the frames for training and for evaluation.
+  std::vector<int> training_frames() const;
+  std::vector<int> held_out_frames() const;
+  /// The picture of a frame: CV_8UC3, RGB, of the camera's size. Throws Error when it cannot be read.
+  cv::Mat image(int frame) const;
+  /// The mask of a frame: CV_8UC1, 255 = person (or left out of the scene); all zero when the frame has no
+  /// mask.
+  cv::Mat mask(int frame) const;
+};
+
+/// Loads and checks a capture: a folder with a transforms.json, or the JSON file itself. Every failure is one
+/// line.
+Capture load_capture(const std::filesystem::path& path);
+
+/// Whether all cameras share one centre, so that the scene's depth cannot be seen: the centres' spread is
+/// below 0.1 % of the distance to the scene.
+bool camera_only_rotates(const Capture& capture);
+
+/// Writes the capture's cameras, splits, body (body.safetensors), poses (poses.safetensors) and points
+/// (points.ply) to `folder` as transforms.json. Pictures are not written: frames keep their relative names,
+/// `image_folder` is where the names start (the folder itself when empty).
+void write_capture(const Capture& capture, const std::filesystem::path& folder,
+                   const std::filesystem::path& image_folder = {});
+
+/// Copies into a run's folder what rendering needs (cameras, body, poses, scene box), so that the run can be
+/// moved.
+void copy_capture_essentials(const Capture& capture, const std::filesystem::path& run_folder);
+
+/// Loads what copy_capture_essentials wrote, without asking for pictures.
+Capture load_capture_essentials(const std::filesystem::path& run_folder);
+
+}  // namespace vivant

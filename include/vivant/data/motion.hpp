@@ -1,0 +1,59 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "vivant/data/body.hpp"
+
+namespace vivant {
+
+/// Body poses over time: F frames of J joints. `translation` is added to the rest position of the root joint
+/// (metres).
+struct Motion {
+  double fps = 30;
+  std::vector<std::string> joint_names;      ///< [J], empty when the file does not name them
+  std::vector<Pose> pose;                    ///< [F][J]
+  std::vector<Eigen::Vector3d> translation;  ///< [F]
+  std::vector<double> shape;                 ///< coefficients of the body's shape directions, may be empty
+
+  int frame_count() const { return static_cast<int>(pose.size()); }
+};
+
+/// Where a motion stands: the root of its first frame above (x, z), its ground at height y, facing `yaw`
+/// degrees about +y (0 faces +z, 90 faces +x).
+struct Placement {
+  double x = 0, y = 0, z = 0, yaw = 0;
+};
+
+/// Reads poses from .safetensors: pose [F,J,3], trans [F,3], optional shape [S], fps and joint_names in the
+/// metadata. Throws Error naming file, frame and joint for a value that is not finite.
+Motion load_poses(const std::filesystem::path& path);
+/// Writes the same form.
+void save_poses(const std::filesystem::path& path, const Motion& motion);
+
+/// Loads a motion for `body`: .safetensors poses, .bvh (retargeted by joint names) or AMASS .npz.
+/// `mapping_path` is an optional JSON object {body joint: file joint} for BVH files with other names. Throws
+/// Error when the joints disagree.
+Motion load_motion(const std::filesystem::path& path, const Body& body,
+                   const std::filesystem::path& mapping_path = {});
+
+/// The motion at another frame rate: rotations along the shortest arc, translations linearly.
+Motion resampled(const Motion& motion, double fps);
+
+/// Height of the ground: the 5th percentile over the frames of the lowest vertex's y.
+double ground_height(const Body& body, const Motion& motion);
+
+/// Heading of a root rotation: degrees about +y of the rotated +z axis (0 faces +z, 90 faces +x).
+double heading(const Eigen::Vector3d& root_axis_angle);
+
+/// The motion moved by a yaw, a horizontal shift and a height so that it stands at `placement`.
+Motion placed(const Body& body, const Motion& motion, const Placement& placement);
+
+/// Where the motion `reference` starts: root, heading and ground; placed(body, motion, start_of(...)) puts a
+/// new motion in its stead.
+Placement start_of(const Body& body, const Motion& reference);
+
+/// Throws Error naming `source`, frame and joint unless every frame has `joint_count` finite rotations.
+void check_motion(const Motion& motion, int joint_count, const std::string& source);
+
+}  // namespace vivant

@@ -1,0 +1,21 @@
+#pragma once
+#include <filesystem>
+#include <opencv2/core.hpp>
+
+namespace vivant {
+
+/// The size of a picture file, checked to be complete without decoding it (PNG and JPEG; others are decoded).
+/// Throws Error when the file is missing, not an image, or cut short.
+cv::Size inspect_image(const std::filesystem::path& path);
+
+/// Reads a picture as CV_8UC3 in RGB order, pixels as stored (an EXIF orientation is not applied, alpha is
+/// dropped). Throws Error when the file is missing, not an image, or cut short.
+cv::Mat read_image(const std::filesystem::path& path);
+
+/// Reads a mask as CV_8UC1.
+cv::Mat read_mask(const std::filesystem::path& path);
+
+/// Writes CV_8UC3 (RGB), CV_8UC4 (RGBA) or CV_8UC1 atomically; the extension decides the format (.png, .jpg).
+void write_image(const std::filesystem::path& path, const cv::Mat& image);
+
+}  // namespace vivant
