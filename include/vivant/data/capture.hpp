@@ -23,10 +23,11 @@ struct Box {
 
 /// One picture of a capture. Pictures are read when asked for.
 struct CaptureFrame {
-  std::string name;  ///< as the capture's file writes it: "images/0001.png"
+  std::string name;       ///< as the capture's file writes it: "images/0001.png"
+  std::string mask_name;  ///< the same for the mask, empty when the frame has none
   std::filesystem::path image_path;
-  std::filesystem::path mask_path;  ///< empty when the frame has no mask
-  bool mask_keeps = false;          ///< nerfstudio's mask_path: 0 marks the pixels to leave out
+  std::filesystem::path mask_path;
+  bool mask_keeps = false;  ///< nerfstudio's mask_path: 0 marks the pixels to leave out
   Camera camera;
   int body_frame = -1;    ///< row of the human's poses, -1 when there is none
   bool held_out = false;  ///< kept for evaluation
@@ -58,25 +59,30 @@ struct Capture {
   cv::Mat mask(int frame) const;
 };
 
+/// When load_capture looks at the pictures: at once, so that a bad one stops the program before hours of
+/// work, or when each is read (a run whose pictures may have gone).
+enum class PictureCheck { now, when_read };
+
 /// Loads and checks a capture: a folder with a transforms.json, or the JSON file itself. Every failure is one
 /// line.
-Capture load_capture(const std::filesystem::path& path);
+Capture load_capture(const std::filesystem::path& path, PictureCheck check = PictureCheck::now);
 
-/// Whether all cameras share one centre, so that the scene's depth cannot be seen: the centres' spread is
-/// below 0.1 % of the distance to the scene.
+/// Whether all cameras share one centre, so that the scene's depth cannot be seen: their spread is below 0.1
+/// % of the distance to the scene (its sparse points, else the person; 1e-6 when there is neither).
 bool camera_only_rotates(const Capture& capture);
 
-/// Writes the capture's cameras, splits, body (body.safetensors), poses (poses.safetensors) and points
-/// (points.ply) to `folder` as transforms.json. Pictures are not written: frames keep their relative names,
-/// `image_folder` is where the names start (the folder itself when empty).
-void write_capture(const Capture& capture, const std::filesystem::path& folder,
-                   const std::filesystem::path& image_folder = {});
+/// The scene box of a capture that gives none: the middle 95 % of the sparse points and the cameras, else the
+/// body's path plus 1 m on each side; throws Error when there is neither.
+Box derived_scene_box(const Capture& capture);
 
-/// Copies into a run's folder what rendering needs (cameras, body, poses, scene box), so that the run can be
-/// moved.
+/// Writes transforms.json, body.safetensors, poses.safetensors and points.ply (where there are any) to
+/// `folder`. Pictures are not written: frames keep the names that they have. The scene box is written when it
+/// was given.
+void write_capture(const Capture& capture, const std::filesystem::path& folder);
+
+/// Writes into `run_folder`/capture what rendering needs (cameras, body, poses, points, scene box), so that
+/// the run can be moved; pictures are named by their absolute paths. load_capture(run_folder / "capture",
+/// PictureCheck::when_read) reads it.
 void copy_capture_essentials(const Capture& capture, const std::filesystem::path& run_folder);
-
-/// Loads what copy_capture_essentials wrote, without asking for pictures.
-Capture load_capture_essentials(const std::filesystem::path& run_folder);
 
 }  // namespace vivant

@@ -1,0 +1,136 @@
+#include "vivant/data/capture.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "vivant/io/image.hpp"
+#include "vivant/runtime/error.hpp"
+
+namespace vivant {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kept_points = 0.95;     // of each axis, against stray points
+constexpr double body_margin = 1.0;      // metres around the joints' path
+constexpr double rotation_limit = 1e-3;  // spread of the centres over the distance to the scene
+
+std::vector<int> frames_where(const Capture& capture, bool held_out) {
+  std::vector<int> indices;
+  for (std::size_t i = 0; i < capture.frames.size(); ++i) {
+    if (capture.frames[i].held_out == held_out) indices.push_back(static_cast<int>(i));
+  }
+  return indices;
+}
+
+void check_size(const cv::Mat& image, const CaptureFrame& frame, const std::filesystem::path& path) {
+  if (image.cols == frame.camera.width && image.rows == frame.camera.height) return;
+  fail("{}: the picture is {}x{}, its camera {}x{}", path.string(), image.cols, image.rows,
+       frame.camera.width, frame.camera.height);
+}
+
+/// Positions of the person's joints in every frame that shows the person.
+std::vector<Vector3d> joints_over_time(const Capture& capture) {
+  std::vector<Vector3d> positions;
+  if (!capture.human) return positions;
+  const Body body = shaped(capture.human->body, capture.human->poses.shape);
+  for (const CaptureFrame& frame : capture.frames) {
+    if (frame.body_frame < 0) continue;
+    const Motion& poses = capture.human->poses;
+    const auto joints = posed_joints(
+        body, joint_transforms(body, poses.pose[frame.body_frame], poses.translation[frame.body_frame]));
+    positions.insert(positions.end(), joints.begin(), joints.end());
+  }
+  return positions;
+}
+
+Box bounds(const std::vector<Vector3d>& points) {
+  Box box{points[0], points[0]};
+  for (const Vector3d& point : points) {
+    box.min = box.min.cwiseMin(point);
+    box.max = box.max.cwiseMax(point);
+  }
+  return box;
+}
+
+/// Per axis the interval of the middle 95 % of the points.
+Box middle_bounds(const std::vector<Eigen::Vector3f>& points) {
+  Box box;
+  std::vector<float> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
+    std::sort(values.begin(), values.end());
+    const auto cut = static_cast<std::size_t>((1 - kept_points) / 2 * static_cast<double>(values.size()));
+    box.min[axis] = values[cut];
+    box.max[axis] = values[values.size() - 1 - cut];
+  }
+  return box;
+}
+
+}  // namespace
+
+std::vector<int> Capture::training_frames() const { return frames_where(*this, false); }
+std::vector<int> Capture::held_out_frames() const { return frames_where(*this, true); }
+
+cv::Mat Capture::image(int frame) const {
+  const CaptureFrame& at = frames.at(frame);
+  cv::Mat image = read_image(at.image_path);
+  check_size(image, at, at.image_path);
+  return image;
+}
+
+cv::Mat Capture::mask(int frame) const {
+  const CaptureFrame& at = frames.at(frame);
+  if (at.mask_name.empty()) return cv::Mat::zeros(at.camera.height, at.camera.width, CV_8UC1);
+  const cv::Mat mask = read_mask(at.mask_path);
+  check_size(mask, at, at.mask_path);
+  // Masks may be stored as 0/1 or anti-aliased; 128 separates what painting programs write.
+  cv::Mat binary = mask > (cv::countNonZero(mask > 1) == 0 ? 0 : 127);
+  if (at.mask_keeps) cv::bitwise_not(binary, binary);
+  return binary;
+}
+
+Box derived_scene_box(const Capture& capture) {
+  if (!capture.points.positions.empty()) {
+    std::vector<Vector3d> corners;
+    for (const CaptureFrame& frame : capture.frames) corners.push_back(frame.camera.centre());
+    const Box middle = middle_bounds(capture.points.positions);
+    corners.insert(corners.end(), {middle.min, middle.max});
+    return bounds(corners);
+  }
+  const std::vector<Vector3d> joints = joints_over_time(capture);
+  if (joints.empty()) {
+    fail(
+        "{}: no scene box can be derived without sparse points ('ply_file_path') or a person; add "
+        "'scene_box': "
+        "[[min x, y, z], [max x, y, z]]",
+        capture.source.string());
+  }
+  Box box = bounds(joints);
+  box.min.array() -= body_margin;
+  box.max.array() += body_margin;
+  return box;
+}
+
+bool camera_only_rotates(const Capture& capture) {
+  Vector3d mean = Vector3d::Zero();
+  for (const CaptureFrame& frame : capture.frames) mean += frame.camera.centre() / capture.frames.size();
+  double spread = 0;
+  for (const CaptureFrame& frame : capture.frames)
+    spread = std::max(spread, (frame.camera.centre() - mean).norm());
+  std::vector<double> distances;
+  for (const Eigen::Vector3f& point : capture.points.positions) {
+    distances.push_back((point.cast<double>() - mean).norm());
+  }
+  if (distances.empty()) {
+    for (const Vector3d& joint : joints_over_time(capture)) distances.push_back((joint - mean).norm());
+  }
+  if (distances.empty()) return spread < 1e-6;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return spread < rotation_limit * *middle;
+}
+
+}  // namespace vivant
