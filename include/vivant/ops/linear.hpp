@@ -1,0 +1,17 @@
+#pragma once
+#include "vivant/graph/graph.hpp"
+#include "vivant/ops/elementwise.hpp"
+
+namespace vivant {
+
+/// y = f(x . w + b): x [..., K], w [K, N], b [N] or absent -> [..., N]. Rows may carry a device-side count.
+Value linear(Value x, Value w, Value b = {}, Activation activation = Activation::none);
+
+/// x^T . y over all rows: x [..., M], y [..., N] -> [M, N]. The weight gradient of linear.
+Value outer_sum(Value x, Value y);
+
+/// Weights [K, N] or [taps..., K, N] in the layout that the matrix kernels read: [panels, taps * K, panel columns]. With
+/// `transposed`, the weights of the data gradient. Recorded once per graph and weight, however often it is asked for.
+Value pack_weights(Value w, bool transposed);
+
+}  // namespace vivant

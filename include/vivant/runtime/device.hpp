@@ -1,0 +1,98 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vivant/runtime/opencl.hpp"
+#include "vivant/runtime/profiler.hpp"
+
+namespace vivant {
+
+/// Which form of a kernel runs: register tiles per work-item (cpu), or small vectors and wide groups (gpu).
+enum class DeviceClass { cpu, gpu };
+
+/// One OpenCL device as the system lists it.
+struct DeviceInfo {
+  int index;  ///< what `--device` takes
+  std::string platform, name, version, driver;
+  bool is_gpu;
+  int compute_units;
+  std::uint64_t memory_bytes, largest_buffer_bytes;
+  bool has_double;
+};
+
+/// Every device of every OpenCL platform; empty when there is none.
+std::vector<DeviceInfo> list_devices();
+
+struct DeviceOptions {
+  std::string device;        ///< an index or part of a name; empty: VIVANT_DEVICE, else the first GPU, else the first CPU
+  std::string device_class;  ///< "cpu", "gpu" or empty: by the device's kind
+  bool profile = false;      ///< time every kernel with events
+};
+
+/// A block of device memory.
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(Memory memory, std::size_t bytes) : memory_(std::move(memory)), bytes_(bytes) {}
+  cl_mem get() const { return memory_.get(); }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  Memory memory_;
+  std::size_t bytes_ = 0;
+};
+
+/// An OpenCL device with its context, one in-order queue and its compiled programs.
+/// Not thread-safe: one thread uses a device at a time.
+class Device {
+ public:
+  explicit Device(const DeviceOptions& options = {});
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const DeviceInfo& info() const { return info_; }
+  DeviceClass device_class() const { return class_; }
+  cl_context context() const { return context_.get(); }
+  cl_command_queue queue() const { return queue_.get(); }
+  Profiler& profiler() { return profiler_; }
+
+  /// Sub-buffers must start at a multiple of this many bytes.
+  std::size_t alignment() const { return alignment_; }
+
+  /// Allocates `bytes` of device memory (at least one byte). Throws when the device cannot.
+  Buffer allocate(std::size_t bytes);
+  /// A view of `bytes` bytes from `offset` on; `parent` must outlive it.
+  Buffer view(const Buffer& parent, std::size_t offset, std::size_t bytes);
+
+  void write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);
+  void read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  void fill(const Buffer& buffer, std::uint8_t byte);
+  void finish();
+
+  /// A fresh kernel object of `file` (a name in kernels/) compiled with `options`. Programs come from memory,
+  /// the disk cache or the compiler, in this order. Throws with the build log when it does not compile.
+  Kernel kernel(const std::string& file, const std::string& function, const std::string& options);
+
+  /// How many programs the compiler built, and how many came from the disk cache, since the start.
+  int programs_built() const { return programs_built_; }
+  int programs_loaded() const { return programs_loaded_; }
+
+ private:
+  cl_program program(const std::string& file, const std::string& options);
+
+  DeviceInfo info_;
+  DeviceClass class_;
+  cl_device_id id_ = nullptr;
+  Context context_;
+  Queue queue_;
+  Profiler profiler_;
+  std::size_t alignment_ = 128;
+  std::map<std::string, Program> programs_;
+  int programs_built_ = 0, programs_loaded_ = 0;
+};
+
+}  // namespace vivant

@@ -1,0 +1,131 @@
+#include "vivant/ops/linear.hpp"
+
+#include "ops/partials.hpp"
+#include "ops/tiles.hpp"
+#include "vivant/graph/launch.hpp"
+#include "vivant/ops/reduction.hpp"
+#include "vivant/ops/registry.hpp"
+
+namespace vivant {
+namespace {
+
+/// Inputs: x, w (for its shape and its gradient), b or absent, packed weights (what the kernel reads).
+struct Linear final : Op {
+  Linear(Activation activation, bool transposed) : activation(activation), transposed(transposed) {}
+  std::string_view name() const override { return transposed ? "linear_data_gradient" : "linear"; }
+
+  TensorTypes infer(const TensorTypes& in) const override {
+    const Shape &x = in[0].shape, &w = in[1].shape;
+    if (w.rank() != 2) fail("[{}] weight {} is no matrix", name(), w.text());
+    const std::int64_t inner = w[transposed ? 1 : 0], columns = w[transposed ? 0 : 1];
+    if (x.channels() != inner) fail("[{}] weight has {} input channels, x has {}", name(), inner, x.channels());
+    if (in[2].shape.rank() > 0 && in[2].shape != Shape{columns})
+      fail("[{}] bias {} does not fit {} output channels", name(), in[2].shape.text(), columns);
+    return {{DType::real, x.with_channels(columns), in[0].count}};
+  }
+  bool accepts_counts() const override { return true; }
+
+  void launch(Launch& launch) const override {
+    const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
+    const std::int64_t panel = packed.channels();
+    const Tile tile = choose_tile(launch, panel);
+    launch
+        .kernel("linear.cl", "linear_forward",
+                {{"INNER", x.channels()},
+                 {"PANEL", panel},
+                 {"TILE_ROWS", tile.rows},
+                 {"TILE_VECTORS", tile.vectors},
+                 {"HAS_BIAS", launch.in(2) ? 1 : 0},
+                 {"ACTIVATION", static_cast<int>(activation)}})
+        .args(x, packed, launch.in(2), y, x.rows(), y.channels(), launch.count_of(x))
+        .run({tiles(x.rows(), tile.rows), tiles(y.channels(), tile.vectors * launch.vector_width()), 1},
+             launch.gpu() ? std::array<std::size_t, 3>{16, 4, 1} : std::array<std::size_t, 3>{1, 1, 1});
+  }
+
+  Values gradient(const GradientRequest& request) const override {
+    const Value x = request.in[0], w = request.in[1];
+    const Value grad = activation_gradient(request.out[0], request.grad(), activation);
+    Values grads(4);
+    if (request.needed[0])
+      grads[0] = request.graph.record_one(Linear(Activation::none, !transposed),
+                                          {grad, w, Value{}, pack_weights(w, !transposed)});
+    if (request.needed[1]) grads[1] = transposed ? outer_sum(grad, x) : outer_sum(x, grad);
+    if (request.needed[2]) grads[2] = sum_rows(grad);
+    return grads;
+  }
+  double flops(const TensorTypes& in, const TensorTypes& out) const override {
+    return 2.0 * static_cast<double>(out[0].shape.elements()) * static_cast<double>(in[0].shape.channels());
+  }
+  const Activation activation;
+  const bool transposed;
+};
+
+/// A^T B. The kernel puts vectors on the columns, so the side whose width suits vectors goes there.
+struct OuterSum final : Op {
+  std::string_view name() const override { return "outer_sum"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    if (in[0].shape.rows() != in[1].shape.rows())
+      fail("[outer_sum] {} and {} have different numbers of rows", in[0].shape.text(), in[1].shape.text());
+    return {{DType::real, {in[0].shape.channels(), in[1].shape.channels()}}};
+  }
+  static std::int64_t chunk_rows(const Shape& a, const Shape& b) {
+    const std::int64_t in_cache = (1 << 17) / (a.channels() + b.channels());  // half a MiB of both operands
+    return chunk_length(a.rows(), std::max<std::int64_t>(64, in_cache), 128);
+  }
+  TensorTypes workspaces(const TensorTypes& in) const override {
+    const Shape &a = in[0].shape, &b = in[1].shape;
+    const std::int64_t chunks = (a.rows() + chunk_rows(a, b) - 1) / chunk_rows(a, b);
+    return {{DType::real, {chunks, a.channels(), b.channels()}}};
+  }
+  bool accepts_counts() const override { return true; }
+  void launch(Launch& launch) const override {
+    const Tensor &x = launch.in(0), &y = launch.in(1);
+    const bool swap = y.channels() % 16 != 0 && (x.channels() % 16 == 0 || x.channels() > y.channels());
+    const Tensor &a = swap ? y : x, &b = swap ? x : y;
+    const std::int64_t m = a.channels(), n = b.channels(), chunk = chunk_rows(x.shape(), y.shape());
+    const Tensor& partial = launch.workspace();
+    Tile tile = choose_tile(launch, panel_width(n));
+    launch
+        .kernel("linear.cl", "weight_gradient", {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}})
+        .args(a, b, partial, a.rows(), m, n, chunk, launch.count_of(x))
+        .run({tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),
+              static_cast<std::size_t>(partial[0])},
+             launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
+    launch.kernel("linear.cl", "sum_weight_partials")
+        .args(partial, launch.out(), partial[0], m, n, swap ? 1 : 0)
+        .run({static_cast<std::size_t>(m * n), 1, 1}, {64, 1, 1});
+  }
+  Values gradient(const GradientRequest& request) const override {
+    const Value grad = request.grad();  // [M, N]
+    Values grads(2);
+    if (request.needed[0])
+      grads[0] = request.graph.record_one(Linear(Activation::none, true),
+                                          {request.in[1], grad, Value{}, pack_weights(grad, true)});
+    if (request.needed[1]) grads[1] = linear(request.in[0], grad);
+    return grads;
+  }
+  double flops(const TensorTypes& in, const TensorTypes& out) const override {
+    return 2.0 * static_cast<double>(in[0].shape.rows()) * static_cast<double>(out[0].shape.elements());
+  }
+};
+
+const RegisterOp register_linear({
+    .name = "linear",
+    .summary = "y = f(x . w + b)",
+    .inputs = {{"x", "[..., K]"}, {"w", "[K, N]"}, {.name = "b", .shape = "[N]", .optional = true}},
+    .outputs = {{"y", "[..., N]"}},
+    .attributes = {{"activation", "none", "none, relu, leaky_relu, softplus, sigmoid or truncated_exp"}},
+    .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
+      return {linear(in[0], in[1], in[2], activation_from(a.text("activation")))};
+    },
+});
+
+}  // namespace
+
+Value linear(Value x, Value w, Value b, Activation activation) {
+  return x.graph->record_one(Linear(activation, false), {x, w, b, pack_weights(w, false)});
+}
+
+Value outer_sum(Value x, Value y) { return x.graph->record_one(OuterSum(), {x, y}); }
+
+}  // namespace vivant

@@ -1,0 +1,39 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+
+#include "vivant/graph/launch.hpp"
+
+namespace vivant {
+
+/// Columns of a panel of packed weights for N columns: a multiple of 16, at most 64, with little waste. The same on all
+/// devices, so that the packed shape is known when the graph is recorded.
+inline std::int64_t panel_width(std::int64_t n) {
+  const std::int64_t vectors = (n + 15) / 16;
+  if (vectors <= 4) return 16 * vectors;
+  for (std::int64_t width : {4, 3})
+    if (vectors % width == 0) return 16 * width;
+  return 64;
+}
+
+/// The register tile of one work-item: rows x vectors of VW columns.
+struct Tile {
+  std::int64_t rows, vectors;
+};
+
+/// The tile for panels of `panel` columns: on CPUs as many accumulators as 32 vector registers hold, on GPUs few.
+inline Tile choose_tile(const Launch& launch, std::int64_t panel) {
+  if (launch.gpu()) return {4, 2};
+  switch (panel / 16) {
+    case 1: return {14, 1};
+    case 2: return {12, 2};
+    case 3: return {8, 3};
+    default: return {6, 4};
+  }
+}
+
+inline std::size_t tiles(std::int64_t extent, std::int64_t tile) {
+  return static_cast<std::size_t>((extent + tile - 1) / tile);
+}
+
+}  // namespace vivant
