@@ -47,8 +47,8 @@ Values differentiate(Graph& graph, const Values& outputs, const Values& seeds, c
     for (std::size_t i = 0; i < grads.size(); ++i) {
       if (!grads[i] || !needed[i]) continue;
       if (grads[i].shape() != node.inputs[i].shape())
-        fail("[{}] the gradient of input {} has shape {}, the input {}", node.op->name(), i, grads[i].shape().text(),
-             node.inputs[i].shape().text());
+        fail("[{}] the gradient of input {} has shape {}, the input {}", node.op->name(), i,
+             grads[i].shape().text(), node.inputs[i].shape().text());
       accumulate(node.inputs[i].id, grads[i]);
     }
   }

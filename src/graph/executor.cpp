@@ -29,8 +29,8 @@ Executor::~Executor() {
 void Executor::set(Value scalar, double number) {
   const Buffer& buffer = state_->memory_of(scalar.id);
   const auto fill = [&](const auto& pattern) {
-    check(clEnqueueFillBuffer(state_->device.queue(), buffer.get(), &pattern, sizeof(pattern), 0, sizeof(pattern), 0,
-                              nullptr, nullptr),
+    check(clEnqueueFillBuffer(state_->device.queue(), buffer.get(), &pattern, sizeof(pattern), 0,
+                              sizeof(pattern), 0, nullptr, nullptr),
           "clEnqueueFillBuffer");
   };
   if (scalar.elements() != 1) fail("[set] {} is not a scalar", scalar.shape().text());
@@ -87,7 +87,8 @@ void Executor::run_checked() {
       state_->enqueue(state_->commands[c]);
     const Graph::Node& node = state_->graph.nodes()[planned.node];
     for (const Value& out : node.outputs) {
-      if (out.dtype() != DType::real || state_->graph.values()[out.id].storage == Graph::Storage::alias) continue;
+      if (out.dtype() != DType::real || state_->graph.values()[out.id].storage == Graph::Storage::alias)
+        continue;
       std::vector<double> data = read_doubles(out);
       if (const Value count = out.count()) {
         const std::int64_t row = out.elements() / out.shape()[0];
@@ -143,8 +144,9 @@ void Executor::check_guards() {
     for (std::size_t i = 0; i < bytes.size(); ++i) {
       const bool inside = i >= guard && i < guard + value.bytes;
       if (!inside && bytes[i] != guard_byte)
-        fail("a kernel wrote {} bytes {} the memory of {}", i < guard ? guard - i : i - guard - value.bytes + 1,
-             i < guard ? "before" : "behind", value.owner);
+        fail("a kernel wrote {} bytes {} the memory of {}",
+             i < guard ? guard - i : i - guard - value.bytes + 1, i < guard ? "before" : "behind",
+             value.owner);
     }
   }
 }
@@ -168,19 +170,20 @@ double Executor::flops() const {
 }
 
 std::string Executor::plan() const {
-  std::string text = fmt::format("{:>5}  {:<60} {:<28} {:>10} {:>10} {:>9}\n", "node", "op", "shape", "KiB", "MFLOP",
-                                 "launches");
+  std::string text = fmt::format("{:>5}  {:<60} {:<28} {:>10} {:>10} {:>9}\n", "node", "op", "shape", "KiB",
+                                 "MFLOP", "launches");
   for (const State::PlannedNode& planned : state_->nodes) {
     const Graph::Node& node = state_->graph.nodes()[planned.node];
     std::string shapes;
     std::size_t bytes = 0;
     for (const Value& out : node.outputs) {
       shapes += (shapes.empty() ? "" : " ") + out.shape().text();
-      if (state_->graph.values()[out.id].storage != Graph::Storage::alias) bytes += state_->bytes_of(out.type());
+      if (state_->graph.values()[out.id].storage != Graph::Storage::alias)
+        bytes += state_->bytes_of(out.type());
     }
-    text += fmt::format("{:>5}  {:<60} {:<28} {:>10.1f} {:>10.2f} {:>9}\n", planned.node, state_->describe(node),
-                        shapes, static_cast<double>(bytes) / 1024, planned.flops * 1e-6,
-                        planned.end_command - planned.first_command);
+    text += fmt::format("{:>5}  {:<60} {:<28} {:>10.1f} {:>10.2f} {:>9}\n", planned.node,
+                        state_->describe(node), shapes, static_cast<double>(bytes) / 1024,
+                        planned.flops * 1e-6, planned.end_command - planned.first_command);
   }
   text += fmt::format("arena {:.1f} MiB (lower bound {:.1f} MiB), {:.3f} GFLOP, {} launches\n",
                       static_cast<double>(arena_bytes()) / (1 << 20),
@@ -252,11 +255,14 @@ void Executor::State::enqueue(const Command& command) {
   cl_event event = nullptr;
   cl_event* wanted = device.profiler().enabled() ? &event : nullptr;
   if (command.kernel) {
-    const cl_int code = clEnqueueNDRangeKernel(device.queue(), command.kernel.get(), 3, nullptr,
-                                               command.global.data(), command.local.data(), 0, nullptr, wanted);
-    if (code != CL_SUCCESS) fail("OpenCL: the launch of kernel {} is refused with code {}", command.name, code);
+    const cl_int code =
+        clEnqueueNDRangeKernel(device.queue(), command.kernel.get(), 3, nullptr, command.global.data(),
+                               command.local.data(), 0, nullptr, wanted);
+    if (code != CL_SUCCESS)
+      fail("OpenCL: the launch of kernel {} is refused with code {}", command.name, code);
   } else if (command.source) {
-    check(clEnqueueCopyBuffer(device.queue(), command.source, command.target, 0, 0, command.bytes, 0, nullptr, wanted),
+    check(clEnqueueCopyBuffer(device.queue(), command.source, command.target, 0, 0, command.bytes, 0, nullptr,
+                              wanted),
           "clEnqueueCopyBuffer");
   } else {
     const cl_uchar zero = 0;

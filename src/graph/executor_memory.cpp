@@ -23,7 +23,8 @@ void Executor::State::place_values(const Values& outputs) {
   Lifetimes lifetimes;
   const auto touch = [&](int id, int step) {
     const int root = graph.root(id);
-    if (values[root].storage == Graph::Storage::arena) lifetimes.touch(root, bytes_of(values[root].type), step);
+    if (values[root].storage == Graph::Storage::arena)
+      lifetimes.touch(root, bytes_of(values[root].type), step);
     if (values[id].type.count >= 0) {
       const int count = graph.root(values[id].type.count);
       if (values[count].storage == Graph::Storage::arena) lifetimes.touch(count, 4, step);
@@ -65,8 +66,9 @@ void Executor::State::place_values(const Values& outputs) {
   for (std::size_t r = 0; r < requests.size(); ++r) {
     const bool is_scratch = r < scratch_owner.size();
     const int root = is_scratch ? -1 : value_owner[r - scratch_owner.size()];
-    const std::string owner = is_scratch ? "a workspace of " + describe(graph.nodes()[nodes[scratch_owner[r].first].node])
-                                         : "an output of " + values[root].name;
+    const std::string owner =
+        is_scratch ? "a workspace of " + describe(graph.nodes()[nodes[scratch_owner[r].first].node])
+                   : "an output of " + values[root].name;
     Buffer buffer = separately ? separate(requests[r].bytes, owner)
                                : device.view(slabs[requests[r].slab], requests[r].offset, requests[r].bytes);
     if (is_scratch)
@@ -80,10 +82,12 @@ void Executor::State::place_values(const Values& outputs) {
     if (record.storage == Graph::Storage::external) {
       if (record.placement.offset + bytes > record.placement.buffer->bytes())
         fail("[{}] {} does not fit into its buffer", record.name, record.type.shape.text());
-      memory.emplace(static_cast<int>(id), device.view(*record.placement.buffer, record.placement.offset, bytes));
+      memory.emplace(static_cast<int>(id),
+                     device.view(*record.placement.buffer, record.placement.offset, bytes));
     } else if (record.storage == Graph::Storage::input ||
                (record.storage == Graph::Storage::constant && value_needed[id])) {
-      memory.emplace(static_cast<int>(id), separately ? separate(bytes, record.name) : device.allocate(bytes));
+      memory.emplace(static_cast<int>(id),
+                     separately ? separate(bytes, record.name) : device.allocate(bytes));
     }
   }
 }

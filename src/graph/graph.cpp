@@ -95,7 +95,8 @@ Value Graph::reshape(Value x, Shape shape) {
   if (shape == x.shape()) return x;
   TensorType type = x.type();
   if (type.count >= 0 && shape[0] != type.shape[0])
-    fail("[reshape] {} has a count of rows: the first extent of {} must stay", x.shape().text(), shape.text());
+    fail("[reshape] {} has a count of rows: the first extent of {} must stay", x.shape().text(),
+         shape.text());
   type.shape = shape;
   return alias(x, type, std::make_shared<Reshape>(std::move(shape)));
 }
@@ -105,7 +106,8 @@ Value Graph::with_count(Value x, Value count) {
   if (type.count == (count ? count.id : -1)) return x;
   if (count && (count.dtype() != DType::i32 || count.elements() != 1))
     fail("[with_count] the count must be i32 [1], it is {} {}", name_of(count.dtype()), count.shape().text());
-  if (x.shape().rank() != 2) fail("[with_count] only matrices [rows, channels] have counts, not {}", x.shape().text());
+  if (x.shape().rank() != 2)
+    fail("[with_count] only matrices [rows, channels] have counts, not {}", x.shape().text());
   type.count = count ? count.id : -1;
   return alias(x, type, std::make_shared<SetCount>());
 }

@@ -43,7 +43,8 @@ Launch::Call::Call(Launch& launch, Kernel kernel, std::string name)
 
 void Launch::Call::set(std::size_t bytes, const void* data) {
   const cl_int code = clSetKernelArg(kernel_.get(), next_, bytes, data);
-  if (code != CL_SUCCESS) fail("OpenCL: argument {} of kernel {} is refused with code {}", next_, name_, code);
+  if (code != CL_SUCCESS)
+    fail("OpenCL: argument {} of kernel {} is refused with code {}", next_, name_, code);
   ++next_;
 }
 

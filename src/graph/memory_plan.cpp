@@ -24,7 +24,8 @@ std::size_t lowest_offset(const std::vector<const MemoryRequest*>& placed, const
 
 }  // namespace
 
-MemoryPlan plan_memory(std::vector<MemoryRequest>& requests, std::size_t alignment, std::size_t largest_slab) {
+MemoryPlan plan_memory(std::vector<MemoryRequest>& requests, std::size_t alignment,
+                       std::size_t largest_slab) {
   MemoryPlan plan;
   int steps = 0;
   for (const MemoryRequest& request : requests) steps = std::max(steps, request.last + 1);

@@ -6,20 +6,28 @@ namespace vivant {
 
 std::string_view name_of(DType dtype) {
   switch (dtype) {
-    case DType::real: return "f32";
-    case DType::bf16: return "bf16";
-    case DType::i32: return "i32";
-    case DType::u8: return "u8";
+    case DType::real:
+      return "f32";
+    case DType::bf16:
+      return "bf16";
+    case DType::i32:
+      return "i32";
+    case DType::u8:
+      return "u8";
   }
   return "?";
 }
 
 std::size_t element_bytes(DType dtype, Precision precision) {
   switch (dtype) {
-    case DType::real: return precision == Precision::single ? 4 : 8;
-    case DType::bf16: return 2;
-    case DType::i32: return 4;
-    case DType::u8: return 1;
+    case DType::real:
+      return precision == Precision::single ? 4 : 8;
+    case DType::bf16:
+      return 2;
+    case DType::i32:
+      return 4;
+    case DType::u8:
+      return 1;
   }
   return 0;
 }

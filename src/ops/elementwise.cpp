@@ -8,7 +8,8 @@
 namespace vivant {
 namespace {
 
-constexpr std::string_view activation_names[] = {"none", "relu", "leaky_relu", "softplus", "sigmoid", "truncated_exp"};
+constexpr std::string_view activation_names[] = {"none",     "relu",    "leaky_relu",
+                                                 "softplus", "sigmoid", "truncated_exp"};
 
 struct Activate final : Op {
   explicit Activate(Activation activation) : activation(activation) {}
@@ -76,10 +77,14 @@ Broadcast broadcast_of(std::string_view name, const Shape& a, const Shape& b) {
 Value reduce_to(Value gradient, Broadcast broadcast, const Shape& shape) {
   Graph& graph = *gradient.graph;
   switch (broadcast) {
-    case Broadcast::none: return gradient;
-    case Broadcast::row: return graph.reshape(sum_rows(gradient), shape);
-    case Broadcast::channels: return graph.reshape(sum_channels(gradient), shape);
-    case Broadcast::single: return graph.reshape(sum(gradient), shape);
+    case Broadcast::none:
+      return gradient;
+    case Broadcast::row:
+      return graph.reshape(sum_rows(gradient), shape);
+    case Broadcast::channels:
+      return graph.reshape(sum_channels(gradient), shape);
+    case Broadcast::single:
+      return graph.reshape(sum(gradient), shape);
   }
   return {};
 }
@@ -97,8 +102,9 @@ struct Binary final : Op {
   void launch(Launch& launch) const override {
     const Tensor& a = launch.in(0);
     const Broadcast broadcast = broadcast_of(name(), a.shape(), launch.in(1).shape());
-    launch.kernel("elementwise.cl", "binary",
-                  {{"OPERATION", std::string(1, operation)}, {"BROADCAST", static_cast<int>(broadcast)}})
+    launch
+        .kernel("elementwise.cl", "binary",
+                {{"OPERATION", std::string(1, operation)}, {"BROADCAST", static_cast<int>(broadcast)}})
         .args(a, launch.in(1), launch.out(), a.rows(), a.channels(), launch.count_of(a))
         .run(vectors(launch, a.elements()), vector_group());
   }

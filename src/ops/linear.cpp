@@ -18,7 +18,8 @@ struct Linear final : Op {
     const Shape &x = in[0].shape, &w = in[1].shape;
     if (w.rank() != 2) fail("[{}] weight {} is no matrix", name(), w.text());
     const std::int64_t inner = w[transposed ? 1 : 0], columns = w[transposed ? 0 : 1];
-    if (x.channels() != inner) fail("[{}] weight has {} input channels, x has {}", name(), inner, x.channels());
+    if (x.channels() != inner)
+      fail("[{}] weight has {} input channels, x has {}", name(), inner, x.channels());
     if (in[2].shape.rank() > 0 && in[2].shape != Shape{columns})
       fail("[{}] bias {} does not fit {} output channels", name(), in[2].shape.text(), columns);
     return {{DType::real, x.with_channels(columns), in[0].count}};
@@ -85,8 +86,7 @@ struct OuterSum final : Op {
     const std::int64_t m = a.channels(), n = b.channels(), chunk = chunk_rows(x.shape(), y.shape());
     const Tensor& partial = launch.workspace();
     Tile tile = choose_tile(launch, panel_width(n));
-    launch
-        .kernel("linear.cl", "weight_gradient", {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}})
+    launch.kernel("linear.cl", "weight_gradient", {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}})
         .args(a, b, partial, a.rows(), m, n, chunk, launch.count_of(x))
         .run({tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),
               static_cast<std::size_t>(partial[0])},

@@ -14,7 +14,9 @@ std::array<std::size_t, 3> row_items(const Tensor& x) { return {static_cast<std:
 
 struct SumRows final : Op {
   std::string_view name() const override { return "sum_rows"; }
-  TensorTypes infer(const TensorTypes& in) const override { return {{DType::real, {in[0].shape.channels()}}}; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    return {{DType::real, {in[0].shape.channels()}}};
+  }
   TensorTypes workspaces(const TensorTypes& in) const override {
     return {{DType::real, {chunks_of(in[0].shape.rows()), in[0].shape.channels()}}};
   }
@@ -106,7 +108,8 @@ struct BroadcastChannels final : Op {
   explicit BroadcastChannels(std::int64_t channels) : channels(channels) {}
   std::string_view name() const override { return "broadcast_channels"; }
   TensorTypes infer(const TensorTypes& in) const override {
-    if (in[0].shape.channels() != 1) fail("[broadcast_channels] {} has more than one channel", in[0].shape.text());
+    if (in[0].shape.channels() != 1)
+      fail("[broadcast_channels] {} has more than one channel", in[0].shape.text());
     return {{DType::real, in[0].shape.with_channels(channels), in[0].count}};
   }
   bool accepts_counts() const override { return true; }
@@ -127,17 +130,20 @@ OpInfo reduction_info(const std::string& name, const std::string& summary, const
           .inputs = {{"x", "[..., C]"}},
           .outputs = {{"y", output}},
           .attributes = {},
-          .build = [function](Graph&, const Values& in, const Attributes&) -> Values { return {function(in[0])}; }};
+          .build = [function](Graph&, const Values& in, const Attributes&) -> Values {
+            return {function(in[0])};
+          }};
 }
 const RegisterOp register_sum_rows(reduction_info("sum_rows", "sums over all rows", "[C]", sum_rows));
-const RegisterOp register_sum_channels(
-    reduction_info("sum_channels", "sums over the channels", "[..., 1]", sum_channels));
+const RegisterOp register_sum_channels(reduction_info("sum_channels", "sums over the channels", "[..., 1]",
+                                                      sum_channels));
 const RegisterOp register_sum(reduction_info("sum", "the sum of all elements", "[1]", sum));
 const RegisterOp register_mean(reduction_info("mean", "the mean of all elements", "[1]", mean));
 
 }  // namespace
 
-void reduce_partials(Launch& launch, const Tensor& partials, const Tensor& y, std::int64_t chunks, std::int64_t n) {
+void reduce_partials(Launch& launch, const Tensor& partials, const Tensor& y, std::int64_t chunks,
+                     std::int64_t n) {
   launch.kernel("reduction.cl", "reduce_partials")
       .args(partials, y, chunks, n)
       .run(vectors(launch, n), vector_group());

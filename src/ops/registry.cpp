@@ -32,7 +32,8 @@ Attributes OpInfo::complete(const nlohmann::json& given) const {
   for (const AttributeInfo& attribute : attributes) values[attribute.name] = attribute.standard;
   for (const auto& [key, value] : given.items()) {
     if (!values.contains(key)) throw UsageError(fmt::format("the op {} has no attribute '{}'", name, key));
-    const bool fits = values[key].type() == value.type() || (values[key].is_number_float() && value.is_number()) ||
+    const bool fits = values[key].type() == value.type() ||
+                      (values[key].is_number_float() && value.is_number()) ||
                       (values[key].is_number_integer() && value.is_number_integer());
     if (!fits)
       throw UsageError(fmt::format("the attribute {} of the op {} is a {}, not {}", key, name,

@@ -6,8 +6,8 @@
 
 namespace vivant {
 
-/// Columns of a panel of packed weights for N columns: a multiple of 16, at most 64, with little waste. The same on all
-/// devices, so that the packed shape is known when the graph is recorded.
+/// Columns of a panel of packed weights for N columns: a multiple of 16, at most 64, with little waste. The
+/// same on all devices, so that the packed shape is known when the graph is recorded.
 inline std::int64_t panel_width(std::int64_t n) {
   const std::int64_t vectors = (n + 15) / 16;
   if (vectors <= 4) return 16 * vectors;
@@ -21,14 +21,19 @@ struct Tile {
   std::int64_t rows, vectors;
 };
 
-/// The tile for panels of `panel` columns: on CPUs as many accumulators as 32 vector registers hold, on GPUs few.
+/// The tile for panels of `panel` columns: on CPUs as many accumulators as 32 vector registers hold, on GPUs
+/// few.
 inline Tile choose_tile(const Launch& launch, std::int64_t panel) {
   if (launch.gpu()) return {4, 2};
   switch (panel / 16) {
-    case 1: return {14, 1};
-    case 2: return {12, 2};
-    case 3: return {8, 3};
-    default: return {6, 4};
+    case 1:
+      return {14, 1};
+    case 2:
+      return {12, 2};
+    case 3:
+      return {8, 3};
+    default:
+      return {6, 4};
   }
 }
 

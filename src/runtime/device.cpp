@@ -36,7 +36,8 @@ std::vector<std::pair<cl_device_id, DeviceInfo>> all_devices() {
     std::vector<cl_device_id> ids(number);
     check(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, number, ids.data(), nullptr), "clGetDeviceIDs");
     char name[256] = {};
-    check(clGetPlatformInfo(platform, CL_PLATFORM_NAME, sizeof(name) - 1, name, nullptr), "clGetPlatformInfo");
+    check(clGetPlatformInfo(platform, CL_PLATFORM_NAME, sizeof(name) - 1, name, nullptr),
+          "clGetPlatformInfo");
     for (cl_device_id id : ids) {
       DeviceInfo info;
       info.index = static_cast<int>(devices.size());
@@ -57,8 +58,9 @@ std::vector<std::pair<cl_device_id, DeviceInfo>> all_devices() {
 
 std::size_t choose(const std::vector<std::pair<cl_device_id, DeviceInfo>>& devices, std::string wanted) {
   if (devices.empty())
-    fail("no OpenCL device was found: install an OpenCL driver, for the CPU `apt install ocl-icd-libopencl1 "
-         "pocl-opencl-icd`, for a GPU the package of its vendor");
+    fail(
+        "no OpenCL device was found: install an OpenCL driver, for the CPU `apt install ocl-icd-libopencl1 "
+        "pocl-opencl-icd`, for a GPU the package of its vendor");
   if (wanted.empty())
     if (const char* variable = std::getenv("VIVANT_DEVICE")) wanted = variable;
   if (wanted.empty()) {
@@ -72,7 +74,8 @@ std::size_t choose(const std::vector<std::pair<cl_device_id, DeviceInfo>>& devic
     if (devices[i].second.name.find(wanted) != std::string::npos ||
         devices[i].second.platform.find(wanted) != std::string::npos)
       return i;
-  throw UsageError(fmt::format("no OpenCL device is called '{}': `vivant devices` lists the names and numbers", wanted));
+  throw UsageError(
+      fmt::format("no OpenCL device is called '{}': `vivant devices` lists the names and numbers", wanted));
 }
 
 DeviceClass choose_class(const std::string& wanted, const DeviceInfo& info) {
@@ -85,7 +88,8 @@ DeviceClass choose_class(const std::string& wanted, const DeviceInfo& info) {
 }  // namespace
 
 OpenClError::OpenClError(cl_int error, const char* what, std::source_location where)
-    : Error(fmt::format("OpenCL: {} failed with code {} ({}:{})", what, error, where.file_name(), where.line())),
+    : Error(fmt::format("OpenCL: {} failed with code {} ({}:{})", what, error, where.file_name(),
+                        where.line())),
       code(error) {}
 
 void check(cl_int code, const char* what, std::source_location where) {
@@ -121,8 +125,8 @@ Device::~Device() {
 Buffer Device::allocate(std::size_t bytes) {
   bytes = std::max<std::size_t>(bytes, 1);
   if (bytes > info_.largest_buffer_bytes)
-    fail("a buffer of {} MiB was asked for, the device allows {} MiB: use fewer rays or smaller images", bytes >> 20,
-         info_.largest_buffer_bytes >> 20);
+    fail("a buffer of {} MiB was asked for, the device allows {} MiB: use fewer rays or smaller images",
+         bytes >> 20, info_.largest_buffer_bytes >> 20);
   cl_int error = CL_SUCCESS;
   Memory memory(clCreateBuffer(context_.get(), CL_MEM_READ_WRITE, bytes, nullptr, &error));
   check(error, "clCreateBuffer");
@@ -132,7 +136,8 @@ Buffer Device::allocate(std::size_t bytes) {
 Buffer Device::view(const Buffer& parent, std::size_t offset, std::size_t bytes) {
   const cl_buffer_region region{offset, std::max<std::size_t>(bytes, 1)};
   cl_int error = CL_SUCCESS;
-  Memory memory(clCreateSubBuffer(parent.get(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region, &error));
+  Memory memory(
+      clCreateSubBuffer(parent.get(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region, &error));
   check(error, "clCreateSubBuffer");
   return Buffer(std::move(memory), region.size);
 }
@@ -184,12 +189,15 @@ cl_program Device::program(const std::string& file, const std::string& options) 
     clGetProgramBuildInfo(built.get(), id_, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
     fail("kernels/{} does not compile on {} with options '{}':\n{}", file, info_.name, options, log);
   }
+  if (std::getenv("VIVANT_VERBOSE")) fmt::print(stderr, "built {} {}\n", file, options);
   ++programs_built_;
   std::size_t size = 0;
-  check(clGetProgramInfo(built.get(), CL_PROGRAM_BINARY_SIZES, sizeof(size), &size, nullptr), "clGetProgramInfo");
+  check(clGetProgramInfo(built.get(), CL_PROGRAM_BINARY_SIZES, sizeof(size), &size, nullptr),
+        "clGetProgramInfo");
   std::vector<unsigned char> binary(size);
   unsigned char* data = binary.data();
-  if (size > 0 && clGetProgramInfo(built.get(), CL_PROGRAM_BINARIES, sizeof(data), &data, nullptr) == CL_SUCCESS)
+  if (size > 0 &&
+      clGetProgramInfo(built.get(), CL_PROGRAM_BINARIES, sizeof(data), &data, nullptr) == CL_SUCCESS)
     ProgramCache::store(key, binary);
   return programs_.emplace(key, std::move(built)).first->second.get();
 }

@@ -33,7 +33,8 @@ fs::path folder() {
 }
 
 fs::path file_of(const std::string& key) {
-  return folder() / fmt::format("{:016x}{:016x}.bin", hash(key.data(), key.size(), 0), hash(key.data(), key.size(), 77));
+  return folder() /
+         fmt::format("{:016x}{:016x}.bin", hash(key.data(), key.size(), 0), hash(key.data(), key.size(), 77));
 }
 
 }  // namespace
@@ -48,7 +49,8 @@ std::optional<std::vector<unsigned char>> ProgramCache::load(const std::string& 
     return std::nullopt;
   }
   std::memcpy(&sum, text.data() + sizeof(magic), sizeof(sum));
-  const std::string_view body(text.data() + sizeof(magic) + sizeof(sum), text.size() - sizeof(magic) - sizeof(sum));
+  const std::string_view body(text.data() + sizeof(magic) + sizeof(sum),
+                              text.size() - sizeof(magic) - sizeof(sum));
   if (sum != hash(body.data(), body.size(), 0)) {
     remove(key);
     return std::nullopt;

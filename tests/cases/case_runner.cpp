@@ -27,7 +27,8 @@ void compare(const std::string& what, const std::vector<double>& got, const std:
   const double scale = rms(want);
   for (std::size_t i = 0; i < got.size(); ++i) {
     if (std::abs(got[i] - want[i]) <= tolerance * (std::abs(want[i]) + scale)) continue;  // false for NaN
-    findings.push_back(fmt::format("{}: element {} is {:.9g}, it should be {:.9g}", what, i, got[i], want[i]));
+    findings.push_back(
+        fmt::format("{}: element {} is {:.9g}, it should be {:.9g}", what, i, got[i], want[i]));
     return;
   }
 }
@@ -169,11 +170,13 @@ Findings check_values(Device& device, const OpCase& op_case, const Variation& va
   run.run();
   const auto got = run.outputs();
   const auto want = op_case.reference(variation, run.inputs());
-  if (got.size() != want.size()) return {fmt::format("{} outputs, the reference has {}", got.size(), want.size())};
+  if (got.size() != want.size())
+    return {fmt::format("{} outputs, the reference has {}", got.size(), want.size())};
   for (std::size_t k = 0; k < got.size(); ++k) {
     const std::string what = fmt::format("{}: output {}", describe(op_case, variation), k);
     if (got[k].shape != want[k].shape)
-      findings.push_back(what + ": shape " + got[k].shape.text() + ", the reference has " + want[k].shape.text());
+      findings.push_back(what + ": shape " + got[k].shape.text() + ", the reference has " +
+                         want[k].shape.text());
     else
       compare(what, got[k].data, want[k].data, got[k].dtype == DType::real ? op_case.tolerance : 0, findings);
   }
@@ -216,8 +219,8 @@ Findings check_gradients(Device& device, const OpCase& op_case, const Variation&
   single.run();
   const auto narrow = single.gradients();
   for (std::size_t i = 0; i < gradients.size(); ++i)
-    compare(fmt::format("{}: float gradient of input {}", describe(op_case, variation), i), narrow[i], gradients[i],
-            10 * op_case.tolerance, findings);
+    compare(fmt::format("{}: float gradient of input {}", describe(op_case, variation), i), narrow[i],
+            gradients[i], 10 * op_case.tolerance, findings);
   return findings;
 }
 

@@ -8,22 +8,23 @@
 
 namespace vivant::cases {
 
-/// The op of a case in a graph of its own, with the gradients of its differentiable inputs where asked for, ready to run.
+/// The op of a case in a graph of its own, with the gradients of its differentiable inputs where asked for,
+/// ready to run.
 class CaseRun {
  public:
   CaseRun(Device& device, const OpCase& op_case, const Variation& variation, bool with_gradients,
           ExecutorOptions options = {});
 
-  void upload();                                   ///< the inputs, and the weights of the outputs' sum
+  void upload();  ///< the inputs, and the weights of the outputs' sum
   void run() { executor_->run(); }
   Executor& executor() { return *executor_; }
   const std::vector<HostTensor>& inputs() const { return inputs_; }
-  std::vector<HostTensor> outputs();               ///< of the last run; rows beyond a count are left out
+  std::vector<HostTensor> outputs();  ///< of the last run; rows beyond a count are left out
   /// The gradient of sum_k outputs_k . weights_k by input; empty where there is none.
   std::vector<std::vector<double>> gradients();
   /// Bytes of all outputs and gradients, rows beyond a count left out: for bitwise comparisons.
   std::vector<std::uint8_t> bytes();
-  double objective();                              ///< sum_k outputs_k . weights_k, on the host in double
+  double objective();  ///< sum_k outputs_k . weights_k, on the host in double
   void set_input(std::size_t index, const std::vector<double>& data);
 
  private:

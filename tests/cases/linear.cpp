@@ -8,7 +8,8 @@ namespace {
 // sizes: rows, K, N, live rows (-1: all)
 std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const auto& s = v.sizes;
-  std::vector<HostTensor> in = {random.tensor({s[0], s[1]}), random.tensor({s[1], s[2]}), random.tensor({s[2]})};
+  std::vector<HostTensor> in = {random.tensor({s[0], s[1]}), random.tensor({s[1], s[2]}),
+                                random.tensor({s[2]})};
   in[0].live_rows = s[3];
   return in;
 }
@@ -39,8 +40,10 @@ const Register registration(OpCase{
     .inputs = inputs,
     .reference = reference,
     .benchmark = {{196608, 128, 128, -1}},
-    .flops = [](const Variation& v) { return 2.0 * static_cast<double>(v.sizes[0] * v.sizes[1] * v.sizes[2]); },
-    .bytes = [](const Variation& v) { return 4.0 * static_cast<double>(v.sizes[0] * (v.sizes[1] + v.sizes[2])); },
+    .flops =
+        [](const Variation& v) { return 2.0 * static_cast<double>(v.sizes[0] * v.sizes[1] * v.sizes[2]); },
+    .bytes =
+        [](const Variation& v) { return 4.0 * static_cast<double>(v.sizes[0] * (v.sizes[1] + v.sizes[2])); },
 });
 
 }  // namespace

@@ -42,16 +42,19 @@ struct Variation {
 
 /// Everything that tests and benchmarks need to know of an op, once.
 struct OpCase {
-  std::string op;                                                                 ///< its name in the registry
-  std::vector<Variation> variations;                                              ///< odd shapes: 1, primes, tile +- 1
-  std::function<std::vector<HostTensor>(const Variation&, Random&)> inputs;       ///< avoid kinks in values that are differentiated
-  std::function<std::vector<HostTensor>(const Variation&, const std::vector<HostTensor>&)> reference;  ///< plain loops in double
-  double tolerance = 1e-5;           ///< |value - reference| <= tolerance * (|reference| + rms of the reference)
+  std::string op;                     ///< its name in the registry
+  std::vector<Variation> variations;  ///< odd shapes: 1, primes, tile +- 1
+  std::function<std::vector<HostTensor>(const Variation&, Random&)>
+      inputs;  ///< avoid kinks in values that are differentiated
+  std::function<std::vector<HostTensor>(const Variation&, const std::vector<HostTensor>&)>
+      reference;            ///< plain loops in double
+  double tolerance = 1e-5;  ///< |value - reference| <= tolerance * (|reference| + rms of the reference)
   double gradient_tolerance = 1e-6;  ///< the same, double kernel against central differences
   double step = 1e-5;                ///< of the central differences
-  Variation benchmark = {};               ///< a size that is met in practice
-  std::function<double(const Variation&)> flops = {}, bytes = {};  ///< of the forward pass; bytes that must move at least
-  std::string file = {};  ///< stem of the case file, set by Register
+  Variation benchmark = {};          ///< a size that is met in practice
+  std::function<double(const Variation&)> flops = {},
+                                          bytes = {};  ///< of the forward pass; bytes that must move at least
+  std::string file = {};                               ///< stem of the case file, set by Register
 };
 
 /// All cases. A file adds its own with a global `const Register registration(OpCase{...})`.

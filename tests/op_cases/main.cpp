@@ -1,7 +1,8 @@
 // Runs the op cases of one file (or all) through every check, on both device classes:
 //   op_cases [FILE_STEM]             values, gradients, guard bands, bitwise repeat
-//   op_cases --memory FILE_STEM      only runs the small variations, each value in a buffer of its own: for Oclgrind
-//   op_cases --bits [FILE_STEM]      prints a hash of every result: equal with one thread and with many
+//   op_cases --memory FILE_STEM      only runs the small variations, each value in a buffer of its own: for
+//   Oclgrind op_cases --bits [FILE_STEM]      prints a hash of every result: equal with one thread and with
+//   many
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -36,7 +37,8 @@ int for_each_variation(const std::string& file, Visit visit) {
 
 int check_all(const std::string& file) {
   int wrong = 0;
-  const auto check = [&](Device& device, const char* device_class, const OpCase& op_case, const Variation& variation) {
+  const auto check = [&](Device& device, const char* device_class, const OpCase& op_case,
+                         const Variation& variation) {
     for (auto one : {check_values, check_gradients, check_guards, check_repeat})
       for (const std::string& finding : one(device, op_case, variation)) {
         fmt::print("WRONG ({} form) {}\n", device_class, finding);
@@ -51,22 +53,23 @@ int check_all(const std::string& file) {
 void run_for_memory_checker(const std::string& file) {
   ExecutorOptions options;
   options.separate_buffers = true;
-  for_each_variation(file, [&](Device& device, const char*, const OpCase& op_case, const Variation& variation) {
-    CaseRun run(device, op_case, variation, true, options);
-    run.run();
-    run.bytes();
-  });
+  for_each_variation(file,
+                     [&](Device& device, const char*, const OpCase& op_case, const Variation& variation) {
+                       CaseRun run(device, op_case, variation, true, options);
+                       run.run();
+                       run.bytes();
+                     });
 }
 
 void print_bits(const std::string& file) {
-  for_each_variation(file, [&](Device& device, const char* device_class, const OpCase& op_case,
-                               const Variation& variation) {
-    CaseRun run(device, op_case, variation, true);
-    run.run();
-    std::uint64_t hash = 14695981039346656037ull;
-    for (std::uint8_t byte : run.bytes()) hash = (hash ^ byte) * 1099511628211ull;
-    fmt::print("{:016x} {} {}\n", hash, device_class, describe(op_case, variation));
-  });
+  for_each_variation(
+      file, [&](Device& device, const char* device_class, const OpCase& op_case, const Variation& variation) {
+        CaseRun run(device, op_case, variation, true);
+        run.run();
+        std::uint64_t hash = 14695981039346656037ull;
+        for (std::uint8_t byte : run.bytes()) hash = (hash ^ byte) * 1099511628211ull;
+        fmt::print("{:016x} {} {}\n", hash, device_class, describe(op_case, variation));
+      });
 }
 
 }  // namespace

@@ -13,18 +13,20 @@ struct ExecutorOptions {
   Precision precision = Precision::single;
   /// Every value in a buffer of its own, never shared: for memory checkers.
   bool separate_buffers = false;
-  /// Bytes of a known pattern before and after every value, checked by `check_guards`; needs separate buffers.
+  /// Bytes of a known pattern before and after every value, checked by `check_guards`; needs separate
+  /// buffers.
   std::size_t guard_bytes = 0;
   /// Largest slab of the arena, at most what the device allows.
   std::size_t slab_bytes = std::size_t{1} << 30;
 };
 
-/// Runs a Graph again and again: plans memory by lifetime, builds the kernels and binds their arguments once, then only
-/// enqueues. Nothing is allocated, compiled or waited for inside `run`.
+/// Runs a Graph again and again: plans memory by lifetime, builds the kernels and binds their arguments once,
+/// then only enqueues. Nothing is allocated, compiled or waited for inside `run`.
 class Executor {
  public:
-  /// Plans what `outputs` and the graph's effects (assignments, optimizer) need; the rest is left out. `outputs` can
-  /// be read after each run. The device, the graph and what external values point to must outlive the executor.
+  /// Plans what `outputs` and the graph's effects (assignments, optimizer) need; the rest is left out.
+  /// `outputs` can be read after each run. The device, the graph and what external values point to must
+  /// outlive the executor.
   Executor(Device& device, Graph& graph, const Values& outputs, ExecutorOptions options = {});
   ~Executor();
   Executor(const Executor&) = delete;
@@ -32,7 +34,8 @@ class Executor {
 
   /// Sets an input [1] without waiting for the device.
   void set(Value scalar, double number);
-  /// Writes an input or a value in external memory. Real tensors take float or double, whatever the precision.
+  /// Writes an input or a value in external memory. Real tensors take float or double, whatever the
+  /// precision.
   void write(Value input, std::span<const float> data);
   void write(Value input, std::span<const double> data);
   void write(Value input, std::span<const std::int32_t> data);

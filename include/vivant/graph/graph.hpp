@@ -13,7 +13,8 @@
 
 namespace vivant {
 
-/// A tensor of a Graph: a light handle. A default-constructed Value stands for an absent one (an optional input).
+/// A tensor of a Graph: a light handle. A default-constructed Value stands for an absent one (an optional
+/// input).
 struct Value {
   Graph* graph = nullptr;
   int id = -1;
@@ -34,8 +35,8 @@ struct Placement {
   std::size_t offset = 0;  ///< bytes, a multiple of Device::alignment()
 };
 
-/// Records operations on tensors: define, then run. Functions such as `linear(x, w, b)` add a node and return its
-/// value; `differentiate` adds the gradient nodes; Executor runs the result again and again.
+/// Records operations on tensors: define, then run. Functions such as `linear(x, w, b)` add a node and return
+/// its value; `differentiate` adds the gradient nodes; Executor runs the result again and again.
 class Graph {
  public:
   enum class Storage { arena, input, constant, external, alias };
@@ -120,8 +121,8 @@ class Graph {
   std::string scope_;
 };
 
-/// Adds the nodes that compute d(sum_k outputs_k . seeds_k) / d wrt_i and returns one value per wrt, zeros where there
-/// is no path. Nothing upstream of `wrt` is touched: values that are not asked for cost nothing.
+/// Adds the nodes that compute d(sum_k outputs_k . seeds_k) / d wrt_i and returns one value per wrt, zeros
+/// where there is no path. Nothing upstream of `wrt` is touched: values that are not asked for cost nothing.
 Values differentiate(Graph& graph, const Values& outputs, const Values& seeds, const Values& wrt);
 /// The same for a scalar loss [1], with the seed 1.
 Values differentiate(Graph& graph, Value loss, const Values& wrt);

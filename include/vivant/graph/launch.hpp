@@ -26,7 +26,8 @@ struct Tensor {
 /// Macros for the build of a kernel: {{"CHANNELS", 32}, {"ACTIVATION", "relu"}}.
 using Defines = std::vector<std::pair<std::string, std::variant<std::int64_t, std::string>>>;
 
-/// A prepared command of a run: a kernel with its arguments and ranges, a copy, or (without a source) a fill with zeros.
+/// A prepared command of a run: a kernel with its arguments and ranges, a copy, or (without a source) a fill
+/// with zeros.
 struct Command {
   std::string name;
   Kernel kernel;
@@ -47,8 +48,8 @@ class Launch {
       (add(values), ...);
       return *this;
     }
-    /// Enqueues over `items` work-items in groups of `local`; the range is rounded up to whole groups, so kernels
-    /// check their bounds.
+    /// Enqueues over `items` work-items in groups of `local`; the range is rounded up to whole groups, so
+    /// kernels check their bounds.
     void run(std::array<std::size_t, 3> items, std::array<std::size_t, 3> local);
 
    private:

@@ -5,8 +5,8 @@
 
 namespace vivant {
 
-/// relu; leaky_relu (slope 0.01); softplus log(1 + e^x); sigmoid; truncated_exp e^min(x, 12), whose slope stays
-/// within [e^-12, e^12].
+/// relu; leaky_relu (slope 0.01); softplus log(1 + e^x); sigmoid; truncated_exp e^min(x, 12), whose slope
+/// stays within [e^-12, e^12].
 enum class Activation { none, relu, leaky_relu, softplus, sigmoid, truncated_exp };
 
 std::string_view name_of(Activation activation);
@@ -21,8 +21,8 @@ Value activation_gradient(Value y, Value grad_y, Activation activation);
 /// y = scale * x + shift.
 Value affine(Value x, double scale, double shift = 0);
 
-/// a + b, a - b, a * b. `b` has a's shape, or is broadcast over it: [C] over rows, [..., 1] over channels, [1] over
-/// everything.
+/// a + b, a - b, a * b. `b` has a's shape, or is broadcast over it: [C] over rows, [..., 1] over channels,
+/// [1] over everything.
 Value add(Value a, Value b);
 Value subtract(Value a, Value b);
 Value multiply(Value a, Value b);

@@ -10,8 +10,9 @@ Value linear(Value x, Value w, Value b = {}, Activation activation = Activation:
 /// x^T . y over all rows: x [..., M], y [..., N] -> [M, N]. The weight gradient of linear.
 Value outer_sum(Value x, Value y);
 
-/// Weights [K, N] or [taps..., K, N] in the layout that the matrix kernels read: [panels, taps * K, panel columns]. With
-/// `transposed`, the weights of the data gradient. Recorded once per graph and weight, however often it is asked for.
+/// Weights [K, N] or [taps..., K, N] in the layout that the matrix kernels read: [panels, taps * K, panel
+/// columns]. With `transposed`, the weights of the data gradient. Recorded once per graph and weight, however
+/// often it is asked for.
 Value pack_weights(Value w, bool transposed);
 
 }  // namespace vivant

@@ -27,7 +27,8 @@ struct DeviceInfo {
 std::vector<DeviceInfo> list_devices();
 
 struct DeviceOptions {
-  std::string device;        ///< an index or part of a name; empty: VIVANT_DEVICE, else the first GPU, else the first CPU
+  std::string
+      device;  ///< an index or part of a name; empty: VIVANT_DEVICE, else the first GPU, else the first CPU
   std::string device_class;  ///< "cpu", "gpu" or empty: by the device's kind
   bool profile = false;      ///< time every kernel with events
 };
