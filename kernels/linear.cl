@@ -6,6 +6,8 @@
 //        k ->          panel
 //     x [####]  .   [ ######## ]  k    acc[r][v] += x[r][k] * W[k][v]
 //
+// HAS_BIAS: 0 none, 1 one bias [N], 2 a bias [G, N] whose row g serves rows / G rows in turn (a per-ray term).
+//
 // The weight gradient is the same tile over rows: acc[k][v] += a[row][k] * b[row][v].
 #include "activation.clh"
 
@@ -54,8 +56,14 @@ inline void store_columns(REALV* acc, IN REAL* bias, GLOBAL REAL* y, int left) {
   }
 }
 
+#if HAS_BIAS == 2
+#define BIAS_OF(row) (bias + (size_t)((row) / bias_rows) * columns)
+#else
+#define BIAS_OF(row) (bias)
+#endif
+
 KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REAL* restrict bias,
-                           GLOBAL REAL* restrict y, int capacity, int columns, IN int* count) {
+                           GLOBAL REAL* restrict y, int capacity, int columns, int bias_rows, IN int* count) {
   const int rows = live_rows(capacity, count);
   const int row = get_global_id(0) * TILE_ROWS, j = get_global_id(1) * COLUMNS;
   if (row >= rows || j >= columns) return;
@@ -75,13 +83,13 @@ KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REA
       }
     }
     FOR_TILE_ROWS if (first + r >= row)
-        store_columns(acc[r], bias + j, y + (size_t)(first + r) * columns + j, columns - j);
+        store_columns(acc[r], BIAS_OF(first + r) + j, y + (size_t)(first + r) * columns + j, columns - j);
   } else {
     for (int i = 0; i < rows; ++i) {
       FOR_TILE_VECTORS acc[0][v] = (REALV)(0);
       for (int k = 0; k < INNER; ++k)
         FOR_TILE_VECTORS acc[0][v] += x[i * INNER + k] * VLOAD(v, w + (size_t)k * PANEL);
-      store_columns(acc[0], bias + j, y + (size_t)i * columns + j, columns - j);
+      store_columns(acc[0], BIAS_OF(i) + j, y + (size_t)i * columns + j, columns - j);
     }
   }
 }

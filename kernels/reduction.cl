@@ -54,6 +54,30 @@ KERNEL void reduce_partials(IN REAL* restrict partial, GLOBAL REAL* restrict y, 
   }
 }
 
+// One work-item per group and vector of channels.
+KERNEL void sum_groups(IN REAL* restrict x, GLOBAL REAL* restrict y, int groups, int group_rows, int channels) {
+  const int group = get_global_id(0), c = get_global_id(1) * VW;
+  if (group >= groups || c >= channels) return;
+  IN REAL* from = x + (size_t)group * group_rows * channels;
+  if (c + VW <= channels) {
+    REALV sum = (REALV)(0);
+    for (int r = 0; r < group_rows; ++r) sum += VLOAD(0, from + (size_t)r * channels + c);
+    VSTORE(sum, 0, y + (size_t)group * channels + c);
+  } else {
+    for (int k = c; k < channels; ++k) {
+      REAL sum = 0;
+      for (int r = 0; r < group_rows; ++r) sum += from[(size_t)r * channels + k];
+      y[(size_t)group * channels + k] = sum;
+    }
+  }
+}
+
+KERNEL void repeat_rows(IN REAL* restrict x, GLOBAL REAL* restrict y, int rows, int times, int channels) {
+  const int r = get_global_id(0);
+  if (r >= rows * times) return;
+  for (int c = 0; c < channels; ++c) y[(size_t)r * channels + c] = x[(size_t)(r / times) * channels + c];
+}
+
 KERNEL void sum_channels(IN REAL* restrict x, GLOBAL REAL* restrict y, int rows, int channels, IN int* count) {
   const int r = get_global_id(0);
   if (r >= live_rows(rows, count)) return;

@@ -149,9 +149,13 @@ Values Graph::record(std::shared_ptr<const Op> op, Values inputs, bool effect) {
 }
 
 Value Graph::memoised(Value x, const std::string& what, const std::function<Value()>& make) {
-  const std::pair<int, std::string> key(x.id, what);
+  const std::pair<int, std::string> key(x.id, what);  // id -1: no value
   const auto found = memoised_.find(key);
   return found != memoised_.end() ? found->second : memoised_.emplace(key, make()).first->second;
+}
+
+Value Graph::named(const std::string& name, const std::function<Value()>& make) {
+  return memoised(Value{}, name, make);
 }
 
 int Graph::root(int id) const {

@@ -20,14 +20,15 @@ struct Linear final : Op {
     const std::int64_t inner = w[transposed ? 1 : 0], columns = w[transposed ? 0 : 1];
     if (x.channels() != inner)
       fail("[{}] weight has {} input channels, x has {}", name(), inner, x.channels());
-    if (in[2].shape.rank() > 0 && in[2].shape != Shape{columns})
-      fail("[{}] bias {} does not fit {} output channels", name(), in[2].shape.text(), columns);
+    if (const Shape& b = in[2].shape; b.rank() > 0 && (b.channels() != columns || x.rows() % b.rows() != 0))
+      fail("[{}] bias {} does not fit {} rows of {} output channels", name(), b.text(), x.rows(), columns);
     return {{DType::real, x.with_channels(columns), in[0].count}};
   }
   bool accepts_counts() const override { return true; }
 
   void launch(Launch& launch) const override {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
+    const Tensor& bias = launch.in(2);
     const std::int64_t panel = packed.channels();
     const Tile tile = choose_tile(launch, panel);
     launch
@@ -36,9 +37,12 @@ struct Linear final : Op {
                  {"PANEL", panel},
                  {"TILE_ROWS", tile.rows},
                  {"TILE_VECTORS", tile.vectors},
-                 {"HAS_BIAS", launch.in(2) ? 1 : 0},
+                 {"HAS_BIAS", !bias              ? 0
+                              : bias.rows() == 1 ? 1
+                                                 : 2},
                  {"ACTIVATION", static_cast<int>(activation)}})
-        .args(x, packed, launch.in(2), y, x.rows(), y.channels(), launch.count_of(x))
+        .args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1,
+              launch.count_of(x))
         .run({tiles(x.rows(), tile.rows), tiles(y.channels(), tile.vectors * launch.vector_width()), 1},
              launch.gpu() ? std::array<std::size_t, 3>{16, 4, 1} : std::array<std::size_t, 3>{1, 1, 1});
   }
@@ -51,7 +55,8 @@ struct Linear final : Op {
       grads[0] = request.graph.record_one(Linear(Activation::none, !transposed),
                                           {grad, w, Value{}, pack_weights(w, !transposed)});
     if (request.needed[1]) grads[1] = transposed ? outer_sum(grad, x) : outer_sum(x, grad);
-    if (request.needed[2]) grads[2] = sum_rows(grad);
+    if (request.needed[2])
+      grads[2] = request.graph.reshape(sum_groups(grad, request.in[2].shape().rows()), request.in[2].shape());
     return grads;
   }
   double flops(const TensorTypes& in, const TensorTypes& out) const override {
@@ -112,7 +117,7 @@ struct OuterSum final : Op {
 const RegisterOp register_linear({
     .name = "linear",
     .summary = "y = f(x . w + b)",
-    .inputs = {{"x", "[..., K]"}, {"w", "[K, N]"}, {.name = "b", .shape = "[N]", .optional = true}},
+    .inputs = {{"x", "[..., K]"}, {"w", "[K, N]"}, {.name = "b", .shape = "[N] or [G, N]", .optional = true}},
     .outputs = {{"y", "[..., N]"}},
     .attributes = {{"activation", "none", "none, relu, leaky_relu, softplus, sigmoid or truncated_exp"}},
     .build = [](Graph&, const Values& in, const Attributes& a) -> Values {

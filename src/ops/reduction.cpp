@@ -63,6 +63,52 @@ struct Sum final : Op {
   }
 };
 
+struct SumGroups final : Op {
+  explicit SumGroups(std::int64_t groups) : groups(groups) {}
+  std::string_view name() const override { return "sum_groups"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    if (in[0].shape.rows() % groups != 0)
+      fail("[sum_groups] {} rows do not divide into {} groups", in[0].shape.rows(), groups);
+    return {{DType::real, {groups, in[0].shape.channels()}}};
+  }
+  void launch(Launch& launch) const override {
+    const Tensor& x = launch.in(0);
+    const std::int64_t width = launch.vector_width();
+    launch.kernel("reduction.cl", "sum_groups")
+        .args(x, launch.out(), groups, x.rows() / groups, x.channels())
+        .run({static_cast<std::size_t>(groups), static_cast<std::size_t>((x.channels() + width - 1) / width),
+              1},
+             {8, 1, 1});
+  }
+  Values gradient(const GradientRequest& request) const override {
+    const Shape& shape = request.in[0].shape();
+    return {request.graph.reshape(repeat_rows(request.grad(), shape.rows() / groups), shape)};
+  }
+  double flops(const TensorTypes& in, const TensorTypes&) const override {
+    return static_cast<double>(in[0].shape.elements());
+  }
+  const std::int64_t groups;
+};
+
+struct RepeatRows final : Op {
+  explicit RepeatRows(std::int64_t times) : times(times) {}
+  std::string_view name() const override { return "repeat_rows"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    return {{DType::real, {in[0].shape.rows() * times, in[0].shape.channels()}}};
+  }
+  void launch(Launch& launch) const override {
+    const Tensor& x = launch.in(0);
+    launch.kernel("reduction.cl", "repeat_rows")
+        .args(x, launch.out(), x.rows(), times, x.channels())
+        .run({static_cast<std::size_t>(x.rows() * times), 1, 1}, row_group);
+  }
+  Values gradient(const GradientRequest& request) const override {
+    const Shape& shape = request.in[0].shape();
+    return {request.graph.reshape(sum_groups(request.grad(), shape.rows()), shape)};
+  }
+  const std::int64_t times;
+};
+
 struct SumChannels final : Op {
   std::string_view name() const override { return "sum_channels"; }
   TensorTypes infer(const TensorTypes& in) const override {
@@ -138,6 +184,16 @@ const RegisterOp register_sum_rows(reduction_info("sum_rows", "sums over all row
 const RegisterOp register_sum_channels(reduction_info("sum_channels", "sums over the channels", "[..., 1]",
                                                       sum_channels));
 const RegisterOp register_sum(reduction_info("sum", "the sum of all elements", "[1]", sum));
+const RegisterOp register_sum_groups({
+    .name = "sum_groups",
+    .summary = "sums over runs of neighbouring rows",
+    .inputs = {{"x", "[..., C]"}},
+    .outputs = {{"y", "[groups, C]"}},
+    .attributes = {{"groups", 1, "number of runs"}},
+    .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
+      return {sum_groups(in[0], a.integer("groups"))};
+    },
+});
 const RegisterOp register_mean(reduction_info("mean", "the mean of all elements", "[1]", mean));
 
 }  // namespace
@@ -153,6 +209,11 @@ Value sum_rows(Value x) {
   if (x.shape().channels() == 1) return sum(x);
   return x.graph->record_one(SumRows(), {x});
 }
+Value sum_groups(Value x, std::int64_t groups) {
+  if (groups == 1) return x.graph->reshape(sum_rows(x), {1, x.shape().channels()});
+  return x.graph->record_one(SumGroups(groups), {x});
+}
+Value repeat_rows(Value x, std::int64_t times) { return x.graph->record_one(RepeatRows(times), {x}); }
 Value sum_channels(Value x) { return x.graph->record_one(SumChannels(), {x}); }
 Value sum(Value x) { return x.graph->record_one(Sum(), {x}); }
 Value mean(Value x) {

@@ -5,11 +5,11 @@
 namespace vivant::cases {
 namespace {
 
-// sizes: rows, K, N, live rows (-1: all)
+// sizes: rows, K, N, live rows (-1: all), rows of the bias
 std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const auto& s = v.sizes;
   std::vector<HostTensor> in = {random.tensor({s[0], s[1]}), random.tensor({s[1], s[2]}),
-                                random.tensor({s[2]})};
+                                random.tensor({s[4], s[2]})};
   in[0].live_rows = s[3];
   return in;
 }
@@ -22,7 +22,7 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
   y.shape = {v.sizes[0], n};
   for (std::int64_t r = 0; r < rows; ++r)
     for (std::int64_t j = 0; j < n; ++j) {
-      double sum = in[2].data[j];
+      double sum = in[2].data[r / (v.sizes[0] / v.sizes[4]) * n + j];
       for (std::int64_t k = 0; k < k_extent; ++k) sum += in[0].data[r * k_extent + k] * in[1].data[k * n + j];
       y.data.push_back(softplus ? std::log1p(std::exp(sum)) : sum);
     }
@@ -31,15 +31,15 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
 
 const Register registration(OpCase{
     .op = "linear",
-    .variations = {{{1, 1, 1, -1}},
-                   {{7, 13, 17, -1}},
-                   {{97, 39, 64, -1}, {{"activation", "softplus"}}},
-                   {{65, 32, 130, -1}},
-                   {{150, 20, 48, 101}, {{"activation", "softplus"}}},
-                   {{700, 5, 3, 0}}},
+    .variations = {{{1, 1, 1, -1, 1}},
+                   {{7, 13, 17, -1, 1}},
+                   {{96, 13, 17, -1, 6}},
+                   {{97, 39, 64, -1, 1}, {{"activation", "softplus"}}},
+                   {{150, 20, 48, 101, 1}, {{"activation", "softplus"}}},
+                   {{700, 5, 3, 0, 1}}},
     .inputs = inputs,
     .reference = reference,
-    .benchmark = {{196608, 128, 128, -1}},
+    .benchmark = {{196608, 128, 128, -1, 1}},
     .flops =
         [](const Variation& v) { return 2.0 * static_cast<double>(v.sizes[0] * v.sizes[1] * v.sizes[2]); },
     .bytes =

@@ -92,6 +92,9 @@ class Graph {
   /// What `make` records for `x`, made once per graph, value and `what`: packed weights, for example.
   Value memoised(Value x, const std::string& what, const std::function<Value()>& make);
 
+  /// What `make` records under `name`, made once per graph: parameters, for example.
+  Value named(const std::string& name, const std::function<Value()>& make);
+
   const std::vector<ValueRecord>& values() const { return values_; }
   const std::vector<Node>& nodes() const { return nodes_; }
   Value value(int id) { return {this, id}; }

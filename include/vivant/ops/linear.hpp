@@ -4,7 +4,8 @@
 
 namespace vivant {
 
-/// y = f(x . w + b): x [..., K], w [K, N], b [N] or absent -> [..., N]. Rows may carry a device-side count.
+/// y = f(x . w + b): x [..., K], w [K, N] -> [..., N]; b is absent, [N], or [G, N], whose row g serves the
+/// g-th run of rows / G rows (a term per ray for all samples of the ray). Rows may carry a device-side count.
 Value linear(Value x, Value w, Value b = {}, Activation activation = Activation::none);
 
 /// x^T . y over all rows: x [..., M], y [..., N] -> [M, N]. The weight gradient of linear.
