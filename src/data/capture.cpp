@@ -1,5 +1,6 @@
 #include "vivant/data/capture.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -112,6 +113,31 @@ Box derived_scene_box(const Capture& capture) {
   box.min.array() -= body_margin;
   box.max.array() += body_margin;
   return box;
+}
+
+Vector3d up_direction(const Capture& capture) {
+  if (capture.human) return Vector3d::UnitY();
+  Vector3d sum = Vector3d::Zero();
+  for (const CaptureFrame& frame : capture.frames)
+    sum -= frame.camera.world_to_camera.row(1).head<3>().transpose();
+  if (sum.norm() < 0.1 * static_cast<double>(capture.frames.size())) return Vector3d::UnitY();
+  return sum.normalized();
+}
+
+Vector3d focus_point(const Capture& capture) {
+  const std::vector<Vector3d> joints = joints_over_time(capture);
+  if (!joints.empty()) return bounds(joints).centre();
+  // Least squares: the sum over the axes of (I - d d^T)(x - c) is zero; the small ridge settles parallel
+  // axes.
+  Eigen::Matrix3d matrix = 1e-6 * Eigen::Matrix3d::Identity();
+  Vector3d right = Vector3d::Zero();
+  for (const CaptureFrame& frame : capture.frames) {
+    const Vector3d axis = frame.camera.forward(), centre = frame.camera.centre();
+    const Eigen::Matrix3d projection = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    matrix += projection;
+    right += projection * centre + 1e-6 * (centre + axis);
+  }
+  return matrix.ldlt().solve(right);
 }
 
 bool camera_only_rotates(const Capture& capture) {

@@ -1,8 +1,8 @@
 // write_capture and copy_capture_essentials.
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "camera_json.hpp"
 #include "vivant/data/capture.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/runtime/error.hpp"
@@ -14,26 +14,14 @@ using nlohmann::ordered_json;
 
 namespace {
 
-ordered_json intrinsics(const Camera& camera) {
-  return {{"fl_x", camera.fx}, {"fl_y", camera.fy},  {"cx", camera.cx}, {"cy", camera.cy},
-          {"w", camera.width}, {"h", camera.height}, {"k1", camera.k1}, {"k2", camera.k2},
-          {"p1", camera.p1},   {"p2", camera.p2}};
-}
-
-ordered_json rows_of(const Eigen::Matrix4d& matrix) {
-  ordered_json rows = ordered_json::array();
-  for (int r = 0; r < 4; ++r) rows.push_back({matrix(r, 0), matrix(r, 1), matrix(r, 2), matrix(r, 3)});
-  return rows;
-}
-
 ordered_json frame_entry(const CaptureFrame& frame, const ordered_json& shared) {
   ordered_json entry = {{"file_path", frame.name}};
   if (!frame.mask_name.empty()) entry[frame.mask_keeps ? "mask_path" : "human_mask_path"] = frame.mask_name;
-  const ordered_json own = intrinsics(frame.camera);
+  const ordered_json own = intrinsics_json(frame.camera);
   for (const auto& [key, value] : own.items()) {
     if (shared.at(key) != value) entry[key] = value;
   }
-  entry["transform_matrix"] = rows_of(frame.camera.opengl_camera_to_world());
+  entry["transform_matrix"] = transform_json(frame.camera);
   if (frame.body_frame >= 0) entry["body_frame"] = frame.body_frame;
   return entry;
 }
@@ -45,7 +33,7 @@ void write_capture(const Capture& capture, const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) fail("cannot make the folder '{}': {}", folder.string(), error.message());
-  const ordered_json shared = intrinsics(capture.frames[0].camera);
+  const ordered_json shared = intrinsics_json(capture.frames[0].camera);
   ordered_json whole = {{"camera_model", "OPENCV"}};
   whole.update(shared);
   whole["fps"] = capture.fps;

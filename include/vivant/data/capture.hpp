@@ -71,6 +71,12 @@ Capture load_capture(const std::filesystem::path& path, PictureCheck check = Pic
 /// % of the distance to the scene (its sparse points, else the person; 1e-6 when there is neither).
 bool camera_only_rotates(const Capture& capture);
 
+/// The direction of "up" in the world: +y with a person, else the mean of the pictures' upward directions.
+Eigen::Vector3d up_direction(const Capture& capture);
+
+/// What the cameras look at: the middle of the person's path, else the point nearest to all optical axes.
+Eigen::Vector3d focus_point(const Capture& capture);
+
 /// The scene box of a capture that gives none: the middle 95 % of the sparse points and the cameras, else the
 /// body's path plus 1 m on each side; throws Error when there is neither.
 Box derived_scene_box(const Capture& capture);
