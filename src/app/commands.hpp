@@ -1,0 +1,19 @@
+#pragma once
+#include <CLI/CLI.hpp>
+
+#include "vivant/runtime/device.hpp"
+
+namespace vivant::app {
+
+/// What every subcommand understands. Filled before a subcommand's callback runs.
+struct Globals {
+  DeviceOptions device;
+  bool verbose = false;
+};
+
+// Each adds one subcommand to `app`, in the file of its name.
+void add_devices(CLI::App& app, const Globals& globals);
+void add_op(CLI::App& app, const Globals& globals);
+void add_bench(CLI::App& app, const Globals& globals);
+
+}  // namespace vivant::app

@@ -1,0 +1,73 @@
+// The command line. Exit codes: 0 done, 1 failed, 2 used wrongly, 130 stopped by Ctrl-C.
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "app/commands.hpp"
+
+namespace {
+
+int complain(const char* message, int exit_code) {
+  fmt::print(stderr, "vivant: {}\n", message);
+  return exit_code;
+}
+
+/// One line for wrong usage: what is wrong, and which help to read.
+int complain_of_usage(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  std::string path = app.get_name(), what = error.what();
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().back();
+    path += " " + command->get_name();
+  }
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (error.get_name() == "RequiredError" && command->get_require_subcommand_min() > 0 && !unknown.empty())
+    what = fmt::format("there is no command '{}'", unknown.front());
+  return complain(fmt::format("{} (see `{} --help`)", what, path).c_str(), 2);
+}
+
+void add_global_options(CLI::App& app, vivant::app::Globals& globals) {
+  app.add_option(
+         "--device", globals.device.device,
+         "OpenCL device: a number or part of a name from `vivant devices`; else $VIVANT_DEVICE, else the "
+         "first GPU, else the first CPU")
+      ->type_name("NUMBER|NAME");
+  app.add_option("--device-class", globals.device.device_class, "force this form of the kernels")
+      ->check(CLI::IsMember({"cpu", "gpu"}))
+      ->type_name("cpu|gpu");
+  app.add_flag("--verbose", globals.verbose, "say more, such as which kernels are compiled")
+      ->each([](const std::string&) { setenv("VIVANT_VERBOSE", "1", 1); });
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("From a monocular video of a moving person and any painting to a stylised 4D video.",
+               "vivant");
+  app.footer("`vivant COMMAND --help` explains a command and shows examples.");
+  app.set_help_all_flag("--help-all", "the help of every command");
+  app.require_subcommand(1);
+  app.fallthrough();  // global options may stand behind the command, too
+  vivant::app::Globals globals;
+  add_global_options(app, globals);
+  vivant::app::add_devices(app, globals);
+  vivant::app::add_op(app, globals);
+  vivant::app::add_bench(app, globals);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    return complain_of_usage(app, error);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try { return run(argc, argv); } catch (const vivant::UsageError& error) {
+  return complain(error.what(), 2);
+} catch (const std::bad_alloc&) {
+  return complain("out of memory: use smaller images, fewer rays or a smaller preset", 1);
+} catch (const std::exception& error) {
+  return complain(error.what(), 1);
+}
