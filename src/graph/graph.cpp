@@ -74,7 +74,7 @@ Value Graph::constant(Shape shape, std::span<const std::int32_t> data) {
 
 Value Graph::zeros(const TensorType& type) { return record_one(Zeros({type.dtype, type.shape}), {}); }
 
-Value Graph::external(const std::string& name, TensorType type, Placement placement) {
+Value Graph::external(const std::string& name, TensorType type, MemoryRange placement) {
   ValueRecord record;
   record.type = std::move(type);
   record.name = name;
@@ -116,7 +116,7 @@ Value Graph::detach(Value x) { return alias(x, x.type(), std::make_shared<Detach
 
 void Graph::assign(Value target, Value source) { record(std::make_shared<Assign>(), {target, source}, true); }
 
-void Graph::place(Value x, Placement placement) {
+void Graph::place(Value x, MemoryRange placement) {
   ValueRecord& record = values_[x.id];
   if (record.storage != Storage::arena) fail("[place] {} is not in the arena", record.name);
   record.storage = Storage::external;

@@ -30,7 +30,7 @@ struct Value {
 };
 
 /// Where a value lives when the executor does not place it in its arena: a range of a caller's buffer.
-struct Placement {
+struct MemoryRange {
   std::shared_ptr<const Buffer> buffer;
   std::size_t offset = 0;  ///< bytes, a multiple of Device::alignment()
 };
@@ -44,7 +44,7 @@ class Graph {
     TensorType type;
     std::string name;
     Storage storage = Storage::arena;
-    Placement placement;                   // external
+    MemoryRange placement;                   // external
     int alias_of = -1;                     // alias: shares the memory of this value
     std::vector<unsigned char> host_data;  // constant: as i32 or u8, or double for real
     int producer = -1;                     // node
@@ -69,7 +69,7 @@ class Graph {
   Value constant(Shape shape, std::span<const std::int32_t> data);
   Value zeros(const TensorType& type);
   /// A tensor in memory that the caller owns: parameters, images on the device, running statistics, caches.
-  Value external(const std::string& name, TensorType type, Placement placement);
+  Value external(const std::string& name, TensorType type, MemoryRange placement);
 
   /// The same elements under another shape; costs nothing.
   Value reshape(Value x, Shape shape);
@@ -80,7 +80,7 @@ class Graph {
   /// Copies `source` into `target`, an external or input value, when the graph runs.
   void assign(Value target, Value source);
   /// Makes an arena value live in the caller's memory, so that it outlives the run.
-  void place(Value x, Placement placement);
+  void place(Value x, MemoryRange placement);
 
   /// Records an op; checks its inputs by Op::infer. Every node added while a Scope lives carries its name.
   Values record(std::shared_ptr<const Op> op, Values inputs, bool effect = false);
