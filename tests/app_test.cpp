@@ -89,8 +89,9 @@ TEST_CASE("command line: ops describe themselves as JSON") {
   CHECK(contains(run_vivant("op list").out, "linear"));
   const auto op = nlohmann::json::parse(run_vivant("op show linear").out);
   CHECK(op["name"] == "linear");
-  CHECK(op["inputs"][2] ==
-        nlohmann::json({{"name", "b"}, {"shape", "[N]"}, {"dtype", "f32"}, {"optional", true}}));
+  CHECK(op["inputs"][1] ==
+        nlohmann::json({{"name", "w"}, {"shape", "[K, N]"}, {"dtype", "f32"}, {"optional", false}}));
+  CHECK(op["inputs"][2]["optional"] == true);
   CHECK(op["attributes"][0]["name"] == "activation");
   CHECK(op["attributes"][0]["default"] == "none");
 }
