@@ -44,7 +44,7 @@ class Graph {
     TensorType type;
     std::string name;
     Storage storage = Storage::arena;
-    MemoryRange placement;                   // external
+    MemoryRange placement;                 // external
     int alias_of = -1;                     // alias: shares the memory of this value
     std::vector<unsigned char> host_data;  // constant: as i32 or u8, or double for real
     int producer = -1;                     // node
