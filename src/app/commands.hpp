@@ -1,7 +1,6 @@
 #pragma once
 #include <CLI/CLI.hpp>
 
-#include "vivant/jobs/progress.hpp"
 #include "vivant/runtime/device.hpp"
 
 namespace vivant::app {
@@ -9,7 +8,6 @@ namespace vivant::app {
 /// What every subcommand understands. Filled before a subcommand's callback runs.
 struct Globals {
   DeviceOptions device;
-  ProgressMode progress = ProgressMode::automatic;
   bool verbose = false;
 };
 
