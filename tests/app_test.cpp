@@ -67,6 +67,7 @@ TEST_CASE("command line: wrong usage exits with 2 and one line") {
   check_usage_error("op fly", "there is no command 'fly' (see `vivant op --help`)");
   check_usage_error("devices --frob", "--frob (see `vivant devices --help`)");
   check_usage_error("devices --device-class tpu", "tpu not in {cpu,gpu}");
+  check_usage_error("devices --progress fancy", "unknown progress mode 'fancy'");
   check_usage_error("devices --device no-such-device", "'no-such-device': `vivant devices` lists");
   check_usage_error("op show no_such_op", "no op 'no_such_op'");
   check_usage_error("op run linear --in x", "--out is required");

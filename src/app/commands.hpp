@@ -1,6 +1,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 
+#include "vivant/jobs/progress.hpp"
 #include "vivant/runtime/device.hpp"
 
 namespace vivant::app {
@@ -8,6 +9,7 @@ namespace vivant::app {
 /// What every subcommand understands. Filled before a subcommand's callback runs.
 struct Globals {
   DeviceOptions device;
+  ProgressMode progress = ProgressMode::automatic;
   bool verbose = false;
 };
 

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "app/commands.hpp"
+#include "vivant/jobs/interrupt.hpp"
 
 namespace {
 
@@ -36,6 +37,11 @@ void add_global_options(CLI::App& app, vivant::app::Globals& globals) {
   app.add_option("--device-class", globals.device.device_class, "force this form of the kernels")
       ->check(CLI::IsMember({"cpu", "gpu"}))
       ->type_name("cpu|gpu");
+  app.add_option_function<std::string>(
+         "--progress",
+         [&globals](const std::string& name) { globals.progress = vivant::progress_mode_from(name); },
+         "how long work shows its progress; auto: a bar on a terminal, else none")
+      ->type_name("auto|bar|json|none");
   app.add_flag("--verbose", globals.verbose, "say more, such as which kernels are compiled")
       ->each([](const std::string&) { setenv("VIVANT_VERBOSE", "1", 1); });
 }

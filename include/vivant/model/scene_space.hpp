@@ -1,0 +1,35 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "vivant/data/capture.hpp"
+
+namespace vivant {
+
+/// How world points become plane coordinates in [-1, 1]^3, and where a scene's rays are sampled.
+struct SceneSpace {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d radius =
+      Eigen::Vector3d::Ones();  ///< half the extent of the (uncontracted) space on each axis
+  bool contracted = false;      ///< points beyond the radius are pulled into the outer half of the planes
+  double near = 0.1, far = 10;
+  bool inverse_depth = false;  ///< samples evenly spread in 1 / depth
+  bool opaque_last = true;     ///< the last sample hides what lies behind it
+};
+
+/// What a user may fix; zeros and "auto" are derived from the capture.
+struct SceneSpaceOptions {
+  double near = 0, far = 0;
+  double radius = 0;           ///< of the uncontracted space, in the capture's unit
+  std::string shape = "auto";  ///< auto, box, contraction or shell
+};
+
+/// The space of a capture:
+/// - contraction: sparse points without a given scene box; the radius holds three quarters of the points
+/// around their median;
+/// - box: a given scene box, with the contraction beyond it;
+/// - shell: the camera only rotates, so that depth cannot be seen: a thin far shell (experiments: 25.0 dB
+/// against 22.3
+///   for the best volume), behind everything that the human field holds.
+SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options);
+
+}  // namespace vivant

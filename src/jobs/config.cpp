@@ -1,0 +1,218 @@
+#include "vivant/jobs/config.hpp"
+
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "jobs/config_table.hpp"
+#include "vivant/io/atomic_file.hpp"
+#include "vivant/runtime/error.hpp"
+
+namespace vivant {
+namespace {
+
+struct Preset {
+  std::string name;
+  std::vector<std::string> settings;  ///< what differs from the standard values
+};
+
+const std::vector<Preset>& presets() {
+  static const std::vector<Preset> all = {
+      {"demo",
+       {"scene.plane_size=64", "scene.plane_channels=16", "scene.unet_widths=[32, 64, 128]",
+        "scene.rays=1024", "scene.samples=64", "scene.steps=2000", "human.plane_size=64",
+        "human.unet_widths=[32, 64, 128]", "human.samples=64", "human.steps=1200", "features.steps=300",
+        "style.steps=100"}},
+      {"standard", {}},
+      {"quality",
+       {"scene.plane_size=256", "scene.steps=20000", "human.plane_size=256", "human.steps=15000",
+        "human.rays=4096", "features.steps=5000", "style.steps=2000"}},
+  };
+  return all;
+}
+
+template <typename... Args>
+[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
+  throw UsageError(fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// What a key takes, for messages: "a whole number from 16 to 2048".
+std::string expected(const ConfigKey& key, const Setting& setting) {
+  if (std::holds_alternative<bool*>(setting)) return "true or false";
+  if (std::holds_alternative<std::string*>(setting)) {
+    std::string list = key.choices;
+    std::replace(list.begin(), list.end(), '|', ' ');
+    return "one of: " + list;
+  }
+  const char* what = std::holds_alternative<double*>(setting)         ? "a number"
+                     : std::holds_alternative<std::int64_t*>(setting) ? "a whole number"
+                                                                      : "a list of whole numbers";
+  return fmt::format("{} from {} to {}", what, key.lowest, key.highest);
+}
+
+bool in_range(const ConfigKey& key, double number) { return number >= key.lowest && number <= key.highest; }
+
+bool assign(const ConfigKey& key, std::int64_t& target, const toml::node& node) {
+  if (!node.is_integer()) return false;
+  target = **node.as_integer();
+  return in_range(key, static_cast<double>(target));
+}
+bool assign(const ConfigKey& key, double& target, const toml::node& node) {
+  if (!node.is_number()) return false;
+  target = *node.value<double>();
+  return in_range(key, target);  // false for NaN
+}
+bool assign(const ConfigKey&, bool& target, const toml::node& node) {
+  if (!node.is_boolean()) return false;
+  target = **node.as_boolean();
+  return true;
+}
+bool assign(const ConfigKey& key, std::string& target, const toml::node& node) {
+  if (!node.is_string()) return false;
+  target = **node.as_string();
+  return !target.empty() && target.find('|') == std::string::npos &&
+         ("|" + key.choices + "|").find("|" + target + "|") != std::string::npos;
+}
+bool assign(const ConfigKey& key, std::vector<std::int64_t>& target, const toml::node& node) {
+  if (!node.is_array() || node.as_array()->empty()) return false;
+  target.clear();
+  for (const toml::node& element : *node.as_array())
+    if (!assign(key, target.emplace_back(), element)) return false;
+  return true;
+}
+
+std::string text_of(const toml::node& node) {
+  std::ostringstream text;
+  node.visit([&](const auto& value) { text << value; });
+  return text.str();
+}
+
+/// `where` opens the message: "run.toml line 3" or "--set".
+void set_key(Config& config, const std::string& name, const toml::node& node, const std::string& where) {
+  const ConfigKey* key = find_config_key(name);
+  if (!key) refuse("{}: unknown key '{}': did you mean '{}'?", where, name, nearest_config_key(name));
+  const Setting setting = key->setting(config);
+  if (!std::visit([&](auto* target) { return assign(*key, *target, node); }, setting))
+    refuse("{}: {} must be {}, not {}", where, name, expected(*key, setting), text_of(node));
+}
+
+/// A TOML text as a table. The library's errors have several lines; the first says what is wrong.
+toml::table parse_toml(const std::string& text, const std::string& source) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    std::string why(error.description());
+    std::replace(why.begin(), why.end(), '\n', ' ');
+    refuse("{} line {}: broken TOML: {}", source, error.source().begin.line, why);
+  }
+}
+
+void apply_setting(Config& config, const std::string& setting, const std::string& where) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos) refuse("{} takes key=value, not '{}'", where, setting);
+  const std::string name = setting.substr(0, equals), value = setting.substr(equals + 1);
+  const ConfigKey* key = find_config_key(name);
+  const bool is_text = key && std::holds_alternative<std::string*>(key->setting(config));
+  toml::table table;
+  if (!is_text) {
+    try {
+      table = toml::parse("value = " + value);
+    } catch (const toml::parse_error&) {  // what is no TOML value is refused as a text below
+    }
+  }
+  if (!table.contains("value")) table.insert_or_assign("value", value);
+  set_key(config, name, *table.get("value"), where);
+}
+
+void apply_table(Config& config, const toml::table& table, const std::string& source) {
+  for (const auto& [section, content] : table) {
+    const std::string name(section.str());
+    const std::string where = fmt::format("{} line {}", source, content.source().begin.line);
+    if (name == "preset") continue;
+    if (!content.is_table()) {
+      set_key(config, name, content, where);  // a key without a section: names the nearest
+      continue;
+    }
+    for (const auto& [key, node] : *content.as_table())
+      set_key(config, fmt::format("{}.{}", name, key.str()), node,
+              fmt::format("{} line {}", source, node.source().begin.line));
+  }
+}
+
+std::string preset_of(const toml::table& table, const std::string& source) {
+  const toml::node* node = table.get("preset");
+  if (!node) return "standard";
+  if (!node->is_string()) refuse("{}: preset must be demo, standard or quality", source);
+  return **node->as_string();
+}
+
+/// What no single key can tell.
+void check_together(const Config& config) {
+  if (config.scene.near >= config.scene.far) refuse("scene.near must be smaller than scene.far");
+  if (config.scene.shell_near >= config.scene.shell_far)
+    refuse("scene.shell_near must be smaller than scene.shell_far");
+  for (const auto& [name, side] :
+       {std::pair("scene", config.scene.plane_size), std::pair("human", config.human.plane_size)})
+    if (side % 16 != 0) refuse("{}.plane_size must be a multiple of 16, it is {}", name, side);
+}
+
+std::string toml_value(std::int64_t value) { return std::to_string(value); }
+std::string toml_value(bool value) { return value ? "true" : "false"; }
+std::string toml_value(const std::string& value) { return fmt::format("\"{}\"", value); }
+std::string toml_value(const std::vector<std::int64_t>& value) {
+  return fmt::format("[{}]", fmt::join(value, ", "));
+}
+std::string toml_value(double value) {
+  const std::string text = fmt::format("{}", value);  // the shortest that reads back the same
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+}  // namespace
+
+Config preset_config(const std::string& preset) {
+  std::vector<std::string> names;
+  for (const Preset& known : presets()) {
+    names.push_back(known.name);
+    if (known.name != preset) continue;
+    Config config;
+    config.preset = preset;
+    for (const std::string& setting : known.settings) apply_setting(config, setting, "preset " + preset);
+    return config;
+  }
+  refuse("there is no preset '{}': use {}", preset, fmt::join(names, ", "));
+}
+
+Config parse_config(const std::string& preset, const std::string& text, const std::string& source,
+                    const std::vector<std::string>& settings) {
+  const toml::table table = parse_toml(text, source);
+  Config config = preset_config(preset.empty() ? preset_of(table, source) : preset);
+  apply_table(config, table, source);
+  for (const std::string& setting : settings) apply_setting(config, setting, "--set");
+  check_together(config);
+  return config;
+}
+
+Config load_config(const std::string& preset, const std::optional<std::filesystem::path>& file,
+                   const std::vector<std::string>& settings) {
+  return parse_config(preset, file ? read_whole_file(*file) : "", file ? file->string() : "", settings);
+}
+
+std::string to_toml(const Config& config) {
+  Config copy = config;  // the table gives places to write to
+  std::string text = fmt::format("preset = \"{}\"\n", config.preset);
+  for (const ConfigSection& section : config_sections()) {
+    text += fmt::format("\n# {}\n[{}]\n", section.help, section.name);
+    for (const ConfigKey& key : section.keys) {
+      const Setting setting = key.setting(copy);
+      const std::string value = std::visit([](const auto* v) { return toml_value(*v); }, setting);
+      text += fmt::format("{} = {}  # {} ({})\n", key.name.substr(section.name.size() + 1), value, key.help,
+                          expected(key, setting));
+    }
+  }
+  return text;
+}
+
+}  // namespace vivant

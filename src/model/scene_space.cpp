@@ -1,0 +1,131 @@
+#include "vivant/model/scene_space.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "vivant/runtime/error.hpp"
+
+namespace vivant {
+namespace {
+
+using Eigen::Vector3d;
+
+double quantile(std::vector<double> values, double q) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Depths of the sparse points in the cameras that see them; empty without points.
+std::vector<double> seen_depths(const Capture& capture) {
+  std::vector<double> depths;
+  const std::size_t stride = std::max<std::size_t>(1, capture.points.positions.size() / 2000);
+  for (const CaptureFrame& frame : capture.frames)
+    for (std::size_t p = 0; p < capture.points.positions.size(); p += stride) {
+      const Vector3d& point = capture.points.positions[p].cast<double>();
+      const Vector3d pixel = frame.camera.project(point);
+      if (pixel.z() > 0 && pixel.x() >= 0 && pixel.x() < frame.camera.width && pixel.y() >= 0 &&
+          pixel.y() < frame.camera.height)
+        depths.push_back((point - frame.camera.centre()).norm());
+    }
+  return depths;
+}
+
+/// The farthest that a point of the person comes to a camera, 0 without a person.
+double person_distance(const Capture& capture) {
+  double farthest = 0;
+  if (!capture.human) return farthest;
+  for (const CaptureFrame& frame : capture.frames)
+    if (frame.body_frame >= 0)
+      farthest =
+          std::max(farthest, (capture.human->body.joints[0] +
+                              capture.human->poses.translation[frame.body_frame] - frame.camera.centre())
+                                 .norm());
+  return farthest;
+}
+
+void set_shell(SceneSpace& space, const Capture& capture) {
+  const double person = person_distance(capture);
+  space.near = person > 0 ? 1.3 * person + 2 : 20;
+  space.far = 1.3 * space.near;
+  // The box of all that the cameras see between near and far.
+  Vector3d low = Vector3d::Constant(1e30), high = -low;
+  for (const CaptureFrame& frame : capture.frames) {
+    const Camera& camera = frame.camera;
+    for (double x : {0.0, 0.5, 1.0})
+      for (double y : {0.0, 0.5, 1.0})
+        for (double depth : {space.near, space.far}) {
+          const Ray ray = camera.ray({x * camera.width, y * camera.height});
+          const Vector3d point = ray.origin + depth * ray.direction;
+          low = low.cwiseMin(point);
+          high = high.cwiseMax(point);
+        }
+  }
+  space.centre = 0.5 * (low + high);
+  space.radius = 0.51 * (high - low);
+}
+
+void set_depth_range(SceneSpace& space, const Capture& capture) {
+  const std::vector<double> depths = seen_depths(capture);
+  if (!depths.empty()) {
+    space.near = 0.7 * quantile(depths, 0.005);
+    space.far = 1.3 * quantile(depths, 0.99);
+    return;
+  }
+  double farthest = 0;
+  for (const CaptureFrame& frame : capture.frames)
+    farthest = std::max(farthest, (frame.camera.centre() - space.centre).norm());
+  space.near = 0.02 * space.radius.norm();
+  space.far = farthest + space.radius.norm();
+}
+
+}  // namespace
+
+SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options) {
+  SceneSpace space;
+  std::string shape = options.shape;
+  if (shape == "auto")
+    shape = camera_only_rotates(capture)       ? "shell"
+            : capture.scene_box_given          ? "box"
+            : capture.points.positions.empty() ? "box"
+                                               : "contraction";
+  if (shape == "shell") {
+    set_shell(space, capture);
+  } else if (shape == "box") {
+    space.centre = capture.scene_box.centre();
+    space.radius = 0.5 * capture.scene_box.size();
+    set_depth_range(space, capture);
+  } else if (shape == "contraction") {
+    if (capture.points.positions.empty()) {
+      space.centre = capture.scene_box.centre();
+    } else {
+      for (int axis = 0; axis < 3; ++axis) {
+        std::vector<double> values;
+        for (const auto& point : capture.points.positions) values.push_back(point[axis]);
+        space.centre[axis] = quantile(values, 0.5);
+      }
+    }
+    std::vector<double> distances;
+    for (const auto& point : capture.points.positions)
+      distances.push_back((point.cast<double>() - space.centre).cwiseAbs().maxCoeff());
+    const double radius =
+        distances.empty() ? 0.25 * capture.scene_box.size().maxCoeff() : quantile(distances, 0.75);
+    space.radius = Vector3d::Constant(radius);
+    space.contracted = true;
+    set_depth_range(space, capture);
+  } else {
+    throw UsageError(
+        fmt::format("unknown scene shape '{}': use auto, box, contraction or shell", options.shape));
+  }
+  if (options.near > 0) space.near = options.near;
+  if (options.far > 0) space.far = options.far;
+  if (options.radius > 0) space.radius = Vector3d::Constant(options.radius);
+  if (!(space.far > space.near && space.near > 0))
+    throw UsageError(
+        fmt::format("the scene's rays run from {:.3g} to {:.3g}: near must be positive and below far",
+                    space.near, space.far));
+  return space;
+}
+
+}  // namespace vivant
