@@ -9,6 +9,7 @@
 
 #include "body_helpers.hpp"
 #include "io_helpers.hpp"
+#include "vivant/data/camera_path.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/safetensors.hpp"
@@ -224,6 +225,41 @@ TEST_CASE("capture: written and read again it is the same; a run can be moved") 
   std::filesystem::remove_all(folder / "images");
   const Capture alone = load_capture(folder / "moved/capture", PictureCheck::when_read);
   CHECK(contains(error_of([&] { alone.image(0); }), "images/0.png' does not exist"));
+}
+
+TEST_CASE("capture: the examples of the documentation load") {
+  const TemporaryFolder folder;
+  const std::string text =
+      read_whole_file(std::filesystem::path(VIVANT_SOURCE_DIR) / "docs/capture-format.md");
+  std::vector<std::string> examples;
+  const std::string open = "```json\n";
+  for (std::size_t at = text.find(open); at != std::string::npos; at = text.find(open, at + 1)) {
+    examples.push_back(text.substr(at + open.size(), text.find("```", at + 3) - at - open.size()));
+  }
+  REQUIRE(examples.size() == 3);
+  write_file(folder / "transforms.json", examples[0]);
+  const Capture capture = load_capture(folder.path(), PictureCheck::when_read);
+  CHECK(capture.frames.size() == 2);
+  CHECK((capture.frames[1].camera.forward() - Vector3d(0, 0, -1)).norm() < 1e-12);
+  CHECK(json::parse(examples[1])["body_frame"] == 0);
+  write_file(folder / "path.json", examples[2]);
+  CHECK(read_camera_path(folder / "path.json").cameras.size() == 2);
+}
+
+TEST_CASE("capture: a static scene's focus and up direction") {
+  const Camera reference{.width = 64, .height = 48, .fx = 60, .fy = 60, .cx = 32, .cy = 24};
+  Capture capture;
+  const Vector3d target(1, 2, 3), up(0, 0, 1);
+  for (int i = 0; i < 12; ++i) {
+    CaptureFrame frame;
+    frame.camera = reference;
+    const double angle = i * M_PI / 6;
+    frame.camera.world_to_camera =
+        look_at(target + Vector3d(4 * std::cos(angle), 4 * std::sin(angle), 1), target, up);
+    capture.frames.push_back(frame);
+  }
+  CHECK((focus_point(capture) - target).norm() < 1e-4);
+  CHECK((up_direction(capture) - up).norm() < 1e-9);
 }
 
 TEST_CASE("capture: tennis, a camera that only rotates") {
