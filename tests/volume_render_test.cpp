@@ -1,0 +1,55 @@
+#include "vivant/ops/volume_render.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "vivant/graph/executor.hpp"
+#include "vivant/io/safetensors.hpp"
+
+using namespace vivant;
+namespace fs = std::filesystem;
+
+TEST_CASE("volume_render agrees with an independent renderer") {
+  const fs::path path = fs::path(VIVANT_SHARED_DATA) / "oracles/volume_rendering_nerfacc.safetensors";
+  if (!fs::exists(path)) {
+    MESSAGE("skipped: no " << path);
+    return;
+  }
+  const TensorFile oracle = read_safetensors(path);
+  const auto floats = [&](const std::string& name) { return oracle.tensors.at(name).as_doubles(); };
+  const std::vector<double> starts = floats("t_starts"), ends = floats("t_ends");
+  std::vector<double> delta(starts.size()), depths(starts.size());
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    delta[i] = ends[i] - starts[i];
+    depths[i] = (starts[i] + ends[i]) / 2;
+  }
+  Device device;
+  for (const Precision precision : {Precision::single, Precision::double_}) {
+    Graph graph;
+    const Value density = graph.input("density", {5, 64}), interval = graph.input("delta", {5, 64}),
+                depth = graph.input("depths", {5, 64}), colour = graph.input("colour", {5, 64, 3});
+    const Rendered rendered = volume_render(density, interval, depth, colour);
+    Executor executor(device, graph, {rendered.feature, rendered.alpha, rendered.weight},
+                      {.precision = precision});
+    executor.write(density, std::span<const double>(floats("sigma")));
+    executor.write(interval, std::span<const double>(delta));
+    executor.write(depth, std::span<const double>(depths));
+    executor.write(colour, std::span<const double>(floats("rgb")));
+    executor.run();
+    const auto worst = [&](Value value, const std::string& name) {
+      const std::vector<double> got = executor.read_doubles(value), want = floats(name);
+      REQUIRE(got.size() == want.size());
+      double error = 0, largest = 0;
+      for (std::size_t i = 0; i < got.size(); ++i) {
+        error = std::max(error, std::abs(got[i] - want[i]));
+        largest = std::max(largest, std::abs(want[i]));
+      }
+      return error / largest;
+    };
+    CHECK(worst(rendered.feature, "color") < 1e-6);
+    CHECK(worst(rendered.alpha, "opacity") < 1e-6);
+    CHECK(worst(rendered.weight, "weights") < 1e-6);
+  }
+}
