@@ -86,19 +86,17 @@ struct OuterSum final : Op {
   bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
     const Tensor &x = launch.in(0), &y = launch.in(1);
-    const bool swap = y.channels() % 16 != 0 && (x.channels() % 16 == 0 || x.channels() > y.channels());
+    const bool swap = vectors_suit_first(x.channels(), y.channels());
     const Tensor &a = swap ? y : x, &b = swap ? x : y;
     const std::int64_t m = a.channels(), n = b.channels(), chunk = chunk_rows(x.shape(), y.shape());
     const Tensor& partial = launch.workspace();
-    Tile tile = choose_tile(launch, panel_width(n));
+    const Tile tile = choose_gradient_tile(launch, m, n);
     launch.kernel("linear.cl", "weight_gradient", {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}})
         .args(a, b, partial, a.rows(), m, n, chunk, launch.count_of(x))
         .run({tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),
               static_cast<std::size_t>(partial[0])},
              launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
-    launch.kernel("linear.cl", "sum_weight_partials")
-        .args(partial, launch.out(), partial[0], m, n, swap ? 1 : 0)
-        .run({static_cast<std::size_t>(m * n), 1, 1}, {64, 1, 1});
+    sum_weight_partials(launch, partial, launch.out(), partial[0], 1, m, n, swap);
   }
   Values gradient(const GradientRequest& request) const override {
     const Value grad = request.grad();  // [M, N]
@@ -126,6 +124,13 @@ const RegisterOp register_linear({
 });
 
 }  // namespace
+
+void sum_weight_partials(Launch& launch, const Tensor& partial, const Tensor& y, std::int64_t chunks,
+                         std::int64_t taps, std::int64_t m, std::int64_t n, bool transposed) {
+  launch.kernel("linear.cl", "sum_weight_partials")
+      .args(partial, y, chunks, taps, m, n, transposed ? 1 : 0)
+      .run({static_cast<std::size_t>(taps * m * n), 1, 1}, {64, 1, 1});
+}
 
 Value linear(Value x, Value w, Value b, Activation activation) {
   return x.graph->record_one(Linear(activation, false), {x, w, b, pack_weights(w, false)});

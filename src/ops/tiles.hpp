@@ -37,8 +37,26 @@ inline Tile choose_tile(const Launch& launch, std::int64_t panel) {
   }
 }
 
+/// The tile of a weight gradient [m, n], columns on n: rows are spread evenly and are not more than m.
+inline Tile choose_gradient_tile(const Launch& launch, std::int64_t m, std::int64_t n) {
+  Tile tile = choose_tile(launch, panel_width(n));
+  const std::int64_t count = (m + tile.rows - 1) / tile.rows;
+  tile.rows = (m + count - 1) / count;
+  return tile;
+}
+
+/// Whether a weight gradient [m, n] should have its vectors along m, because n does not fill vectors.
+inline bool vectors_suit_first(std::int64_t m, std::int64_t n) {
+  return n % 16 != 0 && (m % 16 == 0 || m > n);
+}
+
 inline std::size_t tiles(std::int64_t extent, std::int64_t tile) {
   return static_cast<std::size_t>((extent + tile - 1) / tile);
 }
+
+/// Launches y [taps, m, n] = sum of partial [chunks, taps, m, n], chunk after chunk; transposed: y [taps, n,
+/// m].
+void sum_weight_partials(Launch& launch, const Tensor& partial, const Tensor& y, std::int64_t chunks,
+                         std::int64_t taps, std::int64_t m, std::int64_t n, bool transposed);
 
 }  // namespace vivant

@@ -1,0 +1,21 @@
+#pragma once
+#include "vivant/graph/graph.hpp"
+#include "vivant/ops/elementwise.hpp"
+
+namespace vivant {
+
+/// What a convolution reads beyond the border of the image: nothing (the output shrinks), zeros, or the image
+/// mirrored at the centres of its outermost pixels.
+enum class Padding { none, zero, reflect };
+
+std::string_view name_of(Padding padding);
+/// Throws UsageError for an unknown name.
+Padding padding_from(const std::string& name);
+
+/// y = f(x * w + b), stride 1: x [H, W, CI], w [3, 3, CI, CO] or [1, 1, CI, CO], b [CO] or absent -> [H, W,
+/// CO]; without padding 3x3 weights give [H-2, W-2, CO]. As in all networks this is a cross-correlation:
+/// y[i,j] = sum over u, v of x[i+u-1, j+v-1] . w[u,v].
+Value conv2d(Value x, Value w, Value b = {}, Padding padding = Padding::zero,
+             Activation activation = Activation::none);
+
+}  // namespace vivant

@@ -1,0 +1,177 @@
+#include "vivant/ops/conv2d.hpp"
+
+#include "ops/partials.hpp"
+#include "ops/tiles.hpp"
+#include "vivant/graph/launch.hpp"
+#include "vivant/ops/linear.hpp"
+#include "vivant/ops/reduction.hpp"
+#include "vivant/ops/registry.hpp"
+
+namespace vivant {
+namespace {
+
+constexpr std::int64_t taps = 9;
+constexpr std::string_view padding_names[] = {"none", "zero", "reflect"};
+
+void check_image(std::string_view name, const Shape& x, int pad, bool reflect) {
+  if (x.rank() != 3) fail("[{}] x {} is no image [H, W, C]", name, x.text());
+  if (pad == 0 && std::min(x[0], x[1]) < 3)
+    fail("[{}] x {} is smaller than the 3x3 window and there is no padding", name, x.text());
+  if (reflect && std::min(x[0], x[1]) < 2)
+    fail("[{}] x {} is too small to be mirrored at its border", name, x.text());
+}
+
+/// Inputs: x, w (for its shape and its gradient), b or absent, packed weights (what the kernel reads). `pad`
+/// pixels are added on each side. With `transposed` it is the data gradient of the convolution by w.
+struct Conv2d final : Op {
+  Conv2d(int pad, bool reflect, bool transposed, Activation activation)
+      : pad(pad), reflect(reflect), transposed(transposed), activation(activation) {}
+  std::string_view name() const override { return transposed ? "conv2d_data_gradient" : "conv2d"; }
+
+  TensorTypes infer(const TensorTypes& in) const override {
+    const Shape &x = in[0].shape, &w = in[1].shape;
+    check_image(name(), x, pad, reflect);
+    if (w.rank() != 4 || w[0] != 3 || w[1] != 3)
+      fail("[{}] weight {} is neither [3, 3, CI, CO] nor [1, 1, CI, CO]", name(), w.text());
+    const std::int64_t inner = w[transposed ? 3 : 2], columns = w[transposed ? 2 : 3];
+    if (x.channels() != inner)
+      fail("[{}] weight has {} input channels, x has {}", name(), inner, x.channels());
+    if (in[2].shape.rank() > 0 && in[2].shape != Shape{columns})
+      fail("[{}] bias {} does not fit {} output channels", name(), in[2].shape.text(), columns);
+    return {{DType::real, {x[0] + 2 * pad - 2, x[1] + 2 * pad - 2, columns}}};
+  }
+  TensorTypes workspaces(const TensorTypes& in) const override {
+    return {{DType::real, {in[0].shape.channels()}}};  // zeros: the pixels outside of the image
+  }
+  void launch(Launch& launch) const override {
+    const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out(), &zeros = launch.workspace();
+    const std::int64_t panel = packed.channels();
+    const Tile tile = choose_tile(launch, panel);
+    if (pad > 0 && !reflect) launch.zero(zeros);
+    launch
+        .kernel("conv2d.cl", "conv2d_forward",
+                {{"INNER", x.channels()},
+                 {"PANEL", panel},
+                 {"TILE_ROWS", tile.rows},
+                 {"TILE_VECTORS", tile.vectors},
+                 {"HAS_BIAS", launch.in(2) ? 1 : 0},
+                 {"ACTIVATION", static_cast<int>(activation)}})
+        .args(x, packed, launch.in(2), zeros, y, x[0], x[1], y[0], y[1], y.channels(), pad, reflect ? 1 : 0)
+        .run({tiles(y.rows(), tile.rows), tiles(y.channels(), tile.vectors * launch.vector_width()), 1},
+             launch.gpu() ? std::array<std::size_t, 3>{16, 4, 1} : std::array<std::size_t, 3>{1, 1, 1});
+  }
+  Values gradient(const GradientRequest& request) const override;
+  double flops(const TensorTypes& in, const TensorTypes& out) const override {
+    return 2.0 * taps * static_cast<double>(out[0].shape.elements() * in[0].shape.channels());
+  }
+  const int pad;
+  const bool reflect, transposed;
+  const Activation activation;
+};
+
+/// [H+2, W+2, C], the gradient of a mirrored image -> [H, W, C], that of the image.
+struct FoldReflection final : Op {
+  std::string_view name() const override { return "fold_reflection"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    const Shape& padded = in[0].shape;
+    return {{DType::real, {padded[0] - 2, padded[1] - 2, padded[2]}}};
+  }
+  void launch(Launch& launch) const override {
+    const Tensor& grad = launch.out();
+    launch.kernel("conv2d.cl", "fold_reflection")
+        .args(launch.in(), grad, grad[0], grad[1], grad[2])
+        .run({static_cast<std::size_t>(grad.rows()), 1, 1}, {64, 1, 1});
+  }
+};
+
+/// Inputs: x [H, W, CI] and the gradient of the convolution's output -> [3, 3, CI, CO].
+struct Conv2dWeightGradient final : Op {
+  Conv2dWeightGradient(int pad, bool reflect) : pad(pad), reflect(reflect) {}
+  std::string_view name() const override { return "conv2d_weight_gradient"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    return {{DType::real, {3, 3, in[0].shape.channels(), in[1].shape.channels()}}};
+  }
+  /// Output rows per chunk: both operands fit into the cache, and all partial sums into 16 MiB.
+  static std::int64_t chunk_rows(const Shape& x, const Shape& grad) {
+    const std::int64_t rows_in_cache = (1 << 17) / ((x[2] + grad[2]) * grad[1]);
+    const std::int64_t most_chunks = (1 << 22) / (taps * x[2] * grad[2]);
+    return chunk_length(grad[0], std::max<std::int64_t>(1, rows_in_cache),
+                        std::clamp<std::int64_t>(most_chunks, 1, 128));
+  }
+  TensorTypes workspaces(const TensorTypes& in) const override {
+    const Shape &x = in[0].shape, &grad = in[1].shape;
+    const std::int64_t rows = chunk_rows(x, grad);
+    return {{DType::real, {(grad[0] + rows - 1) / rows, taps, x[2] * grad[2]}}};
+  }
+  void launch(Launch& launch) const override {
+    const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace();
+    const bool swapped = vectors_suit_first(x[2], grad[2]);
+    const std::int64_t m = swapped ? grad[2] : x[2], n = swapped ? x[2] : grad[2];
+    const Tile tile = choose_gradient_tile(launch, m, n);
+    launch
+        .kernel("conv2d.cl", "conv2d_weight_gradient",
+                {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"SWAPPED", swapped ? 1 : 0}})
+        .args(x, grad, partial, x[0], x[1], grad[0], grad[1], m, n, pad, reflect ? 1 : 0,
+              chunk_rows(x.shape(), grad.shape()))
+        .run({taps * tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),
+              static_cast<std::size_t>(partial[0])},
+             launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
+    sum_weight_partials(launch, partial, launch.out(), partial[0], taps, m, n, swapped);
+  }
+  double flops(const TensorTypes& in, const TensorTypes& out) const override {
+    return 2.0 * static_cast<double>(in[1].shape.rows() * out[0].shape.elements());
+  }
+  const int pad;
+  const bool reflect;
+};
+
+Values Conv2d::gradient(const GradientRequest& request) const {
+  if (transposed) return Op::gradient(request);
+  const Value x = request.in[0], w = request.in[1];
+  const Value grad = activation_gradient(request.out[0], request.grad(), activation);
+  Values grads(4);
+  if (request.needed[0]) {
+    const int gradient_pad = reflect ? 2 : 2 - pad;
+    grads[0] = request.graph.record_one(Conv2d(gradient_pad, false, true, Activation::none),
+                                        {grad, w, Value{}, pack_weights(w, true)});
+    if (reflect) grads[0] = request.graph.record_one(FoldReflection(), {grads[0]});
+  }
+  if (request.needed[1]) grads[1] = request.graph.record_one(Conv2dWeightGradient(pad, reflect), {x, grad});
+  if (request.needed[2]) grads[2] = sum_rows(grad);
+  return grads;
+}
+
+const RegisterOp register_conv2d({
+    .name = "conv2d",
+    .summary = "y = f(x * w + b), a 3x3 or 1x1 convolution of stride 1",
+    .inputs = {{"x", "[H, W, CI]"},
+               {"w", "[3, 3, CI, CO] or [1, 1, CI, CO]"},
+               {.name = "b", .shape = "[CO]", .optional = true}},
+    .outputs = {{"y", "[H, W, CO]"}},
+    .attributes = {{"padding", "zero", "none (the output shrinks), zero or reflect"},
+                   {"activation", "none", "none, relu, leaky_relu, softplus, sigmoid or truncated_exp"}},
+    .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
+      return {conv2d(in[0], in[1], in[2], padding_from(a.text("padding")),
+                     activation_from(a.text("activation")))};
+    },
+});
+
+}  // namespace
+
+std::string_view name_of(Padding padding) { return padding_names[static_cast<int>(padding)]; }
+
+Padding padding_from(const std::string& name) {
+  for (int i = 0; i < static_cast<int>(std::size(padding_names)); ++i)
+    if (padding_names[i] == name) return static_cast<Padding>(i);
+  throw UsageError(fmt::format("unknown padding '{}': use none, zero or reflect", name));
+}
+
+Value conv2d(Value x, Value w, Value b, Padding padding, Activation activation) {
+  if (w.shape().rank() == 4 && w.shape()[0] == 1 && w.shape()[1] == 1)
+    return linear(x, w.graph->reshape(w, {w.shape()[2], w.shape()[3]}), b, activation);
+  const bool reflect = padding == Padding::reflect;
+  return x.graph->record_one(Conv2d(padding == Padding::none ? 0 : 1, reflect, false, activation),
+                             {x, w, b, pack_weights(w, false)});
+}
+
+}  // namespace vivant
