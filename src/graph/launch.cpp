@@ -31,11 +31,11 @@ void Launch::copy(const Tensor& from, const Tensor& to) {
 }
 
 void Launch::zero(const Tensor& tensor) {
-  Command command;
-  command.name = "zero";
-  command.target = tensor.memory;
-  command.bytes = static_cast<std::size_t>(tensor.elements()) * element_bytes(tensor.type.dtype, precision_);
-  commands_.push_back(std::move(command));
+  const std::int64_t bytes =
+      tensor.elements() * static_cast<std::int64_t>(element_bytes(tensor.type.dtype, precision_));
+  kernel("zero.cl", "zero")
+      .args(tensor, bytes)
+      .run({static_cast<std::size_t>((bytes + 63) / 64), 1, 1}, {64, 1, 1});
 }
 
 Launch::Call::Call(Launch& launch, Kernel kernel, std::string name)
