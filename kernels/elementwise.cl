@@ -1,6 +1,7 @@
 // elementwise: one vector of VW elements per work-item.
 //   unary      y = f(x)                      f by FUNCTION: an activation, or scale * x + shift
 //   slope      grad_x = grad_y * f'(x)       from y = f(x)
+//   clamp      y = min(max(x, low), high), gradient 0 outside
 //   binary     y = a (op) b                  b is broadcast by BROADCAST: 0 same shape, 1 one row of channels,
 //                                            2 one value per row, 3 a single value
 #include "activation.clh"
@@ -36,6 +37,19 @@ KERNEL void affine(IN REAL* restrict x, GLOBAL REAL* restrict y, REAL scale, REA
                    IN int* count) {
   const int i = get_global_id(0) * VW, n = live_rows(rows, count) * channels;
   FOR_VECTOR(i, n, VSTORE(VLOAD(0, x + i) * scale + shift, 0, y + i), y[e] = x[e] * scale + shift)
+}
+
+// `clamp` itself is the built-in function.
+KERNEL void clamp_range(IN REAL* restrict x, GLOBAL REAL* restrict y, REAL low, REAL high, int rows, int channels,
+                        IN int* count) {
+  const int i = get_global_id(0) * VW, n = live_rows(rows, count) * channels;
+  FOR_VECTOR(i, n, VSTORE(clamp(VLOAD(0, x + i), low, high), 0, y + i), y[e] = clamp(x[e], low, high))
+}
+
+KERNEL void clamp_gradient(IN REAL* restrict x, IN REAL* restrict grad_y, GLOBAL REAL* restrict grad_x, REAL low,
+                           REAL high, int rows, int channels, IN int* count) {
+  const int i = get_global_id(0) * VW, n = live_rows(rows, count) * channels;
+  for (int e = i; e < min(i + VW, n); ++e) grad_x[e] = x[e] >= low && x[e] <= high ? grad_y[e] : 0;
 }
 
 KERNEL void binary(IN REAL* restrict a, IN REAL* restrict b, GLOBAL REAL* restrict y, int rows, int channels,

@@ -64,6 +64,41 @@ struct Affine final : Op {
   const double scale, shift;
 };
 
+/// Inputs: x, grad_y.
+struct ClampGradient final : Op {
+  ClampGradient(double low, double high) : low(low), high(high) {}
+  std::string_view name() const override { return "clamp_gradient"; }
+  TensorTypes infer(const TensorTypes& in) const override { return {in[0]}; }
+  bool accepts_counts() const override { return true; }
+  void launch(Launch& launch) const override {
+    const Tensor& x = launch.in(0);
+    launch.kernel("elementwise.cl", "clamp_gradient")
+        .args(x, launch.in(1), launch.out(), low, high, x.rows(), x.channels(), launch.count_of(x))
+        .run(vectors(launch, x.elements()), vector_group());
+  }
+  const double low, high;
+};
+
+struct Clamp final : Op {
+  Clamp(double low, double high) : low(low), high(high) {}
+  std::string_view name() const override { return "clamp"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    if (!(low <= high)) fail("[clamp] the range {} to {} is empty", low, high);
+    return {in[0]};
+  }
+  bool accepts_counts() const override { return true; }
+  void launch(Launch& launch) const override {
+    const Tensor& x = launch.in(0);
+    launch.kernel("elementwise.cl", "clamp_range")
+        .args(x, launch.out(), low, high, x.rows(), x.channels(), launch.count_of(x))
+        .run(vectors(launch, x.elements()), vector_group());
+  }
+  Values gradient(const GradientRequest& request) const override {
+    return {request.graph.record_one(ClampGradient(low, high), {request.in[0], request.grad()})};
+  }
+  const double low, high;
+};
+
 enum class Broadcast { none, row, channels, single };
 
 Broadcast broadcast_of(std::string_view name, const Shape& a, const Shape& b) {
@@ -147,6 +182,17 @@ const RegisterOp register_affine({
     },
 });
 
+const RegisterOp register_clamp({
+    .name = "clamp",
+    .summary = "x held within [low, high]",
+    .inputs = {{"x", "[..., C]"}},
+    .outputs = {{"y", "[..., C]"}},
+    .attributes = {{"low", 0.0, "least value"}, {"high", 1.0, "largest value"}},
+    .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
+      return {clamp(in[0], a.number("low"), a.number("high"))};
+    },
+});
+
 OpInfo binary_info(const std::string& name, const std::string& summary, Value (*function)(Value, Value)) {
   return {.name = name,
           .summary = summary,
@@ -182,6 +228,7 @@ Value activation_gradient(Value y, Value grad_y, Activation activation) {
 }
 
 Value affine(Value x, double scale, double shift) { return x.graph->record_one(Affine(scale, shift), {x}); }
+Value clamp(Value x, double low, double high) { return x.graph->record_one(Clamp(low, high), {x}); }
 Value add(Value a, Value b) { return binary('+', a, b); }
 Value subtract(Value a, Value b) { return binary('-', a, b); }
 Value multiply(Value a, Value b) { return binary('*', a, b); }

@@ -76,6 +76,19 @@ const Register register_affine(OpCase{
     .bytes = activation_bytes,
 });
 
+const Register register_clamp(OpCase{
+    .op = "clamp",
+    .variations = {{{7, 13, -1}, {{"low", -0.5}, {"high", 1.25}}}, {{37, 19, 20}, {{"low", 0.0}}}},
+    .inputs = one_input,
+    .reference =
+        [](const Variation& v, const std::vector<HostTensor>& in) {
+          const double low = v.attributes.at("low"), high = v.attributes.value("high", 1.0);
+          return map(v, in[0], [=](double x) { return std::clamp(x, low, high); });
+        },
+    .benchmark = {{196608, 128, -1}},
+    .bytes = activation_bytes,
+});
+
 // sizes: rows, channels, live rows (-1: all), rows and channels of b (0 rows: the shape [channels])
 std::vector<HostTensor> two_inputs(const Variation& v, Random& random) {
   const auto& s = v.sizes;

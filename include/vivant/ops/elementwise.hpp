@@ -21,6 +21,9 @@ Value activation_gradient(Value y, Value grad_y, Activation activation);
 /// y = scale * x + shift.
 Value affine(Value x, double scale, double shift = 0);
 
+/// y = x held within [low, high]; outside of it the gradient is 0.
+Value clamp(Value x, double low, double high);
+
 /// a + b, a - b, a * b. `b` has a's shape, or is broadcast over it: [C] over rows, [..., 1] over channels,
 /// [1] over everything.
 Value add(Value a, Value b);
