@@ -6,9 +6,10 @@ import sys
 from pathlib import Path
 
 import body
+import styles
 import vgg19
 
-MAKERS = {"vgg19": vgg19.make, "body": body.make}
+MAKERS = {"vgg19": vgg19.make, "body": body.make, "styles": styles.make}
 CHECKSUMS = "checksums.sha256"
 
 

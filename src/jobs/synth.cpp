@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "synth_renderer.hpp"
 #include "vivant/data/capture.hpp"

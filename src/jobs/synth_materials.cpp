@@ -123,8 +123,8 @@ Colour Room::floor(const Point& p) const {
   const float hue = 0.97F + 0.1F * lattice_random(2, 0, 0, seed_);
   const Colour ground = colour_from_hue(hue, 0.68F, 0.62F), cream = colour_from_srgb(232, 216, 184);
   const Colour navy = colour_from_hue(hue + 0.6F, 0.6F, 0.36F), gold = colour_from_srgb(214, 160, 70);
-  const float diamond = std::abs(std::abs(std::fmod(p.x() + 10.0F, 0.3F) - 0.15F)) +
-                        std::abs(std::fmod(p.z() + 10.0F, 0.3F) - 0.15F);
+  const float diamond =
+      std::abs(std::fmod(p.x() + 10.0F, 0.3F) - 0.15F) + std::abs(std::fmod(p.z() + 10.0F, 0.3F) - 0.15F);
   Colour rug = blend(ground, gold, 1.0F - smooth_step(0.045F, 0.06F, diamond));
   rug = blend(rug, navy, 1.0F - smooth_step(0.008F, 0.018F, std::abs(diamond - 0.15F)));
   const float radius = std::hypot(p.x() / 0.62F, p.z() / 0.5F);
