@@ -89,10 +89,12 @@ void Executor::run_checked() {
     for (const Value& out : node.outputs) {
       if (out.dtype() != DType::real || state_->graph.values()[out.id].storage == Graph::Storage::alias)
         continue;
-      std::vector<double> data = read_doubles(out);
+      std::vector<double> data = state_->fetch_doubles(out);
       if (const Value count = out.count()) {
         const std::int64_t row = out.elements() / out.shape()[0];
-        data.resize(std::min<std::size_t>(data.size(), read_ints(count)[0] * row));
+        std::int32_t live = 0;
+        state_->device.read(state_->memory_of(count.id), &live, sizeof(live));
+        data.resize(std::min<std::size_t>(data.size(), live * row));
       }
       const auto bad = std::find_if(data.begin(), data.end(), [](double x) { return !std::isfinite(x); });
       if (bad != data.end())
@@ -103,12 +105,18 @@ void Executor::run_checked() {
 }
 
 std::vector<double> Executor::read_doubles(Value value) {
+  state_->check_readable(value);
+  return state_->fetch_doubles(value);
+}
+
+std::vector<double> Executor::State::fetch_doubles(Value value) const {
   std::vector<double> data(value.elements());
-  if (state_->options.precision == Precision::double_) {
-    state_->device.read(state_->memory_of(value.id), data.data(), data.size() * sizeof(double));
+  if (options.precision == Precision::double_) {
+    device.read(memory_of(value.id), data.data(), data.size() * sizeof(double));
     return data;
   }
-  const std::vector<float> narrow = read(value);
+  std::vector<float> narrow(value.elements());
+  device.read(memory_of(value.id), narrow.data(), narrow.size() * sizeof(float));
   return {narrow.begin(), narrow.end()};
 }
 
@@ -118,6 +126,7 @@ std::vector<float> Executor::read(Value value) {
     const std::vector<double> wide = read_doubles(value);
     return {wide.begin(), wide.end()};
   }
+  state_->check_readable(value);
   std::vector<float> data(value.elements());
   state_->device.read(state_->memory_of(value.id), data.data(), data.size() * sizeof(float));
   return data;
@@ -125,12 +134,14 @@ std::vector<float> Executor::read(Value value) {
 
 std::vector<std::int32_t> Executor::read_ints(Value value) {
   if (value.dtype() != DType::i32) fail("[read] the tensor is {}", name_of(value.dtype()));
+  state_->check_readable(value);
   std::vector<std::int32_t> data(value.elements());
   state_->device.read(state_->memory_of(value.id), data.data(), data.size() * sizeof(std::int32_t));
   return data;
 }
 
 std::vector<std::uint8_t> Executor::read_bytes(Value value) {
+  state_->check_readable(value);
   std::vector<std::uint8_t> data(state_->bytes_of(value.type()));
   state_->device.read(state_->memory_of(value.id), data.data(), data.size());
   return data;
@@ -239,8 +250,15 @@ void Executor::State::select_nodes(const Values& outputs) {
 const Buffer& Executor::State::memory_of(int value) const {
   const auto found = memory.find(graph.root(value));
   if (found == memory.end())
-    fail("the value {} of this graph is not an output of the executor", graph.values()[value].name);
+    fail("the value {} of this graph is not an output of this executor", graph.values()[value].name);
   return found->second;
+}
+
+void Executor::State::check_readable(Value value) const {
+  const Graph::ValueRecord& record = graph.values()[graph.root(value.id)];
+  if (record.storage == Graph::Storage::arena && !readable.contains(graph.root(value.id)))
+    fail("the value {} {} is not an output of this executor: other values may have its memory", record.name,
+         value.shape().text());
 }
 
 Tensor Executor::State::tensor_of(int value) const {

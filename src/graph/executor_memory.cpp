@@ -47,7 +47,11 @@ void Executor::State::place_values(const Values& outputs) {
       scratch_owner.emplace_back(p, w);
     }
   }
-  for (const Value& output : outputs) touch(output.id, static_cast<int>(nodes.size()));
+  for (const Value& output : outputs) {
+    touch(output.id, static_cast<int>(nodes.size()));
+    readable.insert(graph.root(output.id));
+    if (const Value count = output.count()) readable.insert(graph.root(count.id));
+  }
   std::vector<int> value_owner;
   for (auto& [root, request] : lifetimes.requests) {
     requests.push_back(request);

@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <set>
 #include <vector>
 
 #include "vivant/graph/executor.hpp"
@@ -30,6 +31,8 @@ struct Executor::State {
   void enqueue(const Command& command);
 
   const Buffer& memory_of(int value) const;
+  void check_readable(Value value) const;
+  std::vector<double> fetch_doubles(Value value) const;
   std::size_t bytes_of(const TensorType& type) const {
     return static_cast<std::size_t>(type.shape.elements()) * element_bytes(type.dtype, options.precision);
   }
@@ -41,6 +44,7 @@ struct Executor::State {
   ExecutorOptions options;
   std::vector<PlannedNode> nodes;
   std::vector<bool> value_needed;
+  std::set<int> readable;  // roots of the outputs and of their counts
   std::vector<Buffer> slabs;
   std::map<int, Buffer> memory;              // by root value
   std::vector<std::vector<Buffer>> scratch;  // by planned node

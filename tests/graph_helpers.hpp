@@ -1,0 +1,34 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "vivant/graph/executor.hpp"
+
+namespace vivant {
+
+/// The device of all tests of one program: programs are compiled once.
+inline Device& test_device() {
+  static Device device;
+  return device;
+}
+
+/// Runs a graph for a few outputs.
+class Run {
+ public:
+  Run(Graph& graph, const Values& outputs, ExecutorOptions options = {})
+      : executor_(test_device(), graph, outputs, options) {}
+  void write(Value input, const std::vector<float>& data) {
+    executor_.write(input, std::span<const float>(data));
+  }
+  /// Runs the graph with what was written, and reads an output.
+  std::vector<float> read(Value output) {
+    executor_.run();
+    return executor_.read(output);
+  }
+  Executor& executor() { return executor_; }
+
+ private:
+  Executor executor_;
+};
+
+}  // namespace vivant
