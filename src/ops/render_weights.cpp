@@ -47,7 +47,8 @@ struct Weights final : Op {
   }
   Values gradient(const GradientRequest& request) const override {
     const Values &in = request.in, &grads = request.grad_out;
-    if (!request.needed[0]) return Values(3);
+    if (request.needed[1] || request.needed[2])
+      fail("[render_weights] has no gradient to delta and depths: detach them");
     return {request.graph.record_one(WeightsGradient(),
                                      {in[0], in[1], in[2], request.out[0], grads[0], grads[1], grads[2]}),
             Value{}, Value{}};

@@ -1,0 +1,78 @@
+// rays: where rays meet a box, points along them, and points in normalised space. One ray, sample or point per work-item.
+#include "common.clh"
+#ifndef CONTRACT
+#define CONTRACT 0
+#endif
+
+// box [2,3], or [R,6] with a stride of 6 numbers per ray. A ray along a face's plane counts as inside.
+KERNEL void ray_box(IN REAL* restrict origins, IN REAL* restrict directions, IN REAL* restrict box, GLOBAL REAL* restrict near,
+                    GLOBAL REAL* restrict far, int capacity, int box_stride, REAL nearest, IN int* count) {
+  const int ray = get_global_id(0);
+  if (ray >= live_rows(capacity, count)) return;
+  IN REAL* lower = box + (size_t)ray * box_stride;
+  REAL enter = nearest, leave = INFINITY;
+  for (int axis = 0; axis < 3; ++axis) {
+    const REAL o = origins[3 * ray + axis], d = directions[3 * ray + axis];
+    const REAL to_lower = lower[axis] - o, to_upper = lower[axis + 3] - o;
+    if (d != 0) {
+      enter = fmax(enter, fmin(to_lower / d, to_upper / d));
+      leave = fmin(leave, fmax(to_lower / d, to_upper / d));
+    } else if (to_lower > 0 || to_upper < 0) {
+      leave = -INFINITY;
+    }
+  }
+  const int hit = leave > enter;
+  near[ray] = hit ? enter : 0;
+  far[ray] = hit ? leave : 0;
+}
+
+KERNEL void points_on_rays(IN REAL* restrict origins, IN REAL* restrict directions, IN REAL* restrict depths,
+                           GLOBAL REAL* restrict points, int rays, int samples) {
+  const int i = get_global_id(0), ray = i / samples;
+  if (ray >= rays) return;
+  const REAL depth = depths[i];
+  for (int axis = 0; axis < 3; ++axis)
+    points[3 * (size_t)i + axis] = origins[3 * ray + axis] + depth * directions[3 * ray + axis];
+}
+
+// y = (x - centre) * scale, then contracted or not.
+KERNEL void normalise_points(IN REAL* restrict points, GLOBAL REAL* restrict y, REAL centre_x, REAL centre_y, REAL centre_z,
+                             REAL scale_x, REAL scale_y, REAL scale_z, int capacity, IN int* count) {
+  const int i = get_global_id(0);
+  if (i >= live_rows(capacity, count)) return;
+  IN REAL* x = points + 3 * (size_t)i;
+  REAL a = (x[0] - centre_x) * scale_x, b = (x[1] - centre_y) * scale_y, c = (x[2] - centre_z) * scale_z;
+#if CONTRACT
+  const REAL inverse = 1 / fmax(fmax(fabs(a), fabs(b)), fmax(fabs(c), (REAL)1));
+  const REAL factor = (REAL)0.5 * (2 - inverse) * inverse;
+  a *= factor;
+  b *= factor;
+  c *= factor;
+#endif
+  y[3 * (size_t)i] = a;
+  y[3 * (size_t)i + 1] = b;
+  y[3 * (size_t)i + 2] = c;
+}
+
+KERNEL void normalise_points_gradient(IN REAL* restrict points, IN REAL* restrict grad_y, GLOBAL REAL* restrict grad_points,
+                                      REAL centre_x, REAL centre_y, REAL centre_z, REAL scale_x, REAL scale_y, REAL scale_z,
+                                      int capacity, IN int* count) {
+  const int i = get_global_id(0);
+  if (i >= live_rows(capacity, count)) return;
+  REAL g[3] = {grad_y[3 * (size_t)i], grad_y[3 * (size_t)i + 1], grad_y[3 * (size_t)i + 2]};
+#if CONTRACT
+  IN REAL* x = points + 3 * (size_t)i;
+  const REAL a = (x[0] - centre_x) * scale_x, b = (x[1] - centre_y) * scale_y, c = (x[2] - centre_z) * scale_z;
+  const REAL largest = fmax(fmax(fabs(a), fabs(b)), fabs(c)), inverse = 1 / fmax(largest, (REAL)1);
+  const REAL factor = (REAL)0.5 * (2 - inverse) * inverse;
+  // d factor / d largest, for the coordinate that is the largest
+  const REAL slope = largest > 1 ? inverse * inverse * (inverse - 1) : 0;
+  const REAL along = slope * (g[0] * a + g[1] * b + g[2] * c);
+  g[0] = g[0] * factor + (fabs(a) == largest ? (a > 0 ? along : -along) : 0);
+  g[1] = g[1] * factor + (fabs(b) == largest ? (b > 0 ? along : -along) : 0);
+  g[2] = g[2] * factor + (fabs(c) == largest ? (c > 0 ? along : -along) : 0);
+#endif
+  grad_points[3 * (size_t)i] = g[0] * scale_x;
+  grad_points[3 * (size_t)i + 1] = g[1] * scale_y;
+  grad_points[3 * (size_t)i + 2] = g[2] * scale_z;
+}
