@@ -1,6 +1,7 @@
 #include "vivant/ops/conv2d.hpp"
 
 #include "ops/partials.hpp"
+#include "ops/pixels.hpp"
 #include "ops/tiles.hpp"
 #include "vivant/graph/launch.hpp"
 #include "vivant/ops/linear.hpp"
@@ -13,8 +14,8 @@ namespace {
 constexpr std::int64_t taps = 9;
 constexpr std::string_view padding_names[] = {"none", "zero", "reflect"};
 
-void check_image(std::string_view name, const Shape& x, int pad, bool reflect) {
-  if (x.rank() != 3) fail("[{}] x {} is no image [H, W, C]", name, x.text());
+void check_window(std::string_view name, const Shape& x, int pad, bool reflect) {
+  check_image(name, x);
   if (pad == 0 && std::min(x[0], x[1]) < 3)
     fail("[{}] x {} is smaller than the 3x3 window and there is no padding", name, x.text());
   if (reflect && std::min(x[0], x[1]) < 2)
@@ -30,7 +31,7 @@ struct Conv2d final : Op {
 
   TensorTypes infer(const TensorTypes& in) const override {
     const Shape &x = in[0].shape, &w = in[1].shape;
-    check_image(name(), x, pad, reflect);
+    check_window(name(), x, pad, reflect);
     if (w.rank() != 4 || w[0] != 3 || w[1] != 3)
       fail("[{}] weight {} is neither [3, 3, CI, CO] nor [1, 1, CI, CO]", name(), w.text());
     const std::int64_t inner = w[transposed ? 3 : 2], columns = w[transposed ? 2 : 3];

@@ -12,6 +12,12 @@ inline void run_over_pixels(Launch::Call& call, const Launch& launch, std::int64
            launch.gpu() ? std::array<std::size_t, 3>{4, 16, 1} : std::array<std::size_t, 3>{1, 16, 1});
 }
 
+/// Channels that a work-item takes at a time: whole vectors, or single channels where these do not fit. The
+/// macro LANES in kernels.
+inline std::int64_t lanes_of(const Launch& launch, std::int64_t channels) {
+  return channels % launch.vector_width() == 0 ? launch.vector_width() : 1;
+}
+
 inline void check_image(std::string_view op, const Shape& shape) {
   if (shape.rank() != 3) fail("[{}] x must be an image [H, W, C], it is {}", op, shape.text());
 }
