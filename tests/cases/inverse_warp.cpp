@@ -16,7 +16,7 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const std::int64_t n = v.sizes[0];
   std::vector<HostTensor> in = {random.tensor({n, 3}),     random.tensor({n, 3}),
                                 random.tensor({n, 1}),     random.tensor({n, 3}, 0.1, 1),
-                                random.tensor({faces, 3}), random.tensor({vertices, 12}, -0.2, 0.2)};
+                                random.tensor({faces, 3}), random.tensor({vertices, 12}, -0.1, 0.1)};
   in[1].absent = v.sizes[1] == 0;
   in[2].dtype = in[4].dtype = DType::i32;
   in[3].differentiable = false;
