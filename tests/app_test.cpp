@@ -51,7 +51,7 @@ void check_linear_error(const TensorFile& file, const std::string& part, const s
 }  // namespace
 
 TEST_CASE("command line: every command has help with an example") {
-  for (const std::string command : {"devices", "op list", "op show", "op run", "bench"}) {
+  for (const std::string command : {"synth", "devices", "op list", "op show", "op run", "bench"}) {
     const Finished run = run_vivant(command + " --help");
     CAPTURE(command);
     CHECK(run.exit_code == 0);
@@ -71,6 +71,9 @@ TEST_CASE("command line: wrong usage exits with 2 and one line") {
   check_usage_error("devices --device no-such-device", "'no-such-device': `vivant devices` lists");
   check_usage_error("op show no_such_op", "no op 'no_such_op'");
   check_usage_error("op run linear --in x", "--out is required");
+  check_usage_error("synth", "--output is required");
+  for (const std::string size : {"320", "320x", "x240", "320x240x3", "-3x4", "0x0", "axb", "99999999999x3"})
+    check_usage_error("synth -o /nowhere --size " + size, "a size is WIDTHxHEIGHT");
   check_usage_error("bench no_such_op", "'no_such_op'");
 }
 
@@ -149,10 +152,43 @@ TEST_CASE("command line: op run refuses bad tensors with one line") {
 }
 
 TEST_CASE("command line: bench prints one JSON object per op") {
-  const Finished run = run_vivant("bench linear --quick --json");
+  const Finished run = run_vivant("bench affine --quick --json");
   REQUIRE(run.exit_code == 0);
-  const auto row = nlohmann::json::parse(run.out);
-  CHECK(row["op"] == "linear");
-  CHECK(row["forward_gflops"].get<double>() > 0);
-  CHECK(row["forward_and_backward_seconds"].get<double>() > row["forward_seconds"].get<double>());
+  std::istringstream rows(run.out);
+  std::string text;
+  int count = 0;
+  for (; std::getline(rows, text); ++count) {
+    const auto row = nlohmann::json::parse(text);
+    CHECK(contains(row["op"], "affine"));
+    CHECK(row["forward_gigabytes_per_second"].get<double>() > 0);
+    CHECK(row["forward_and_backward_seconds"].get<double>() > 0);
+  }
+  CHECK(count > 0);
+  CHECK(contains(run_vivant("bench affine --quick").out, "forward ms"));
+}
+
+TEST_CASE("command line: synth makes a capture, and reports progress as JSON lines") {
+  const TemporaryFolder folder;
+  const std::string output = (folder / "walk").string();
+  const Finished run = run_vivant("synth -o " + output + " --frames 3 --size 48x32 --progress json");
+  CAPTURE(run.err);
+  REQUIRE(run.exit_code == 0);
+  CHECK(std::filesystem::exists(folder / "walk/transforms.json"));
+  std::istringstream rows(run.err);
+  std::string row, message;
+  std::int64_t steps = 0, last = 0;
+  while (std::getline(rows, row)) {
+    const auto values = nlohmann::json::parse(row);
+    message = values.value("message", "");
+    if (!message.empty()) continue;
+    CHECK(values["stage"] == "synth");
+    last = values["step"];
+    steps = values["steps"];
+  }
+  CHECK(last == steps);
+  CHECK(steps > 3);
+  CHECK(contains(message, "holds a capture of 3 frames"));
+  const Finished again = run_vivant("synth -o " + output + " --frames 3 --size 48x32");
+  CHECK(again.exit_code != 0);
+  CHECK(std::count(again.err.begin(), again.err.end(), '\n') == 1);
 }

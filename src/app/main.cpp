@@ -49,12 +49,15 @@ void add_global_options(CLI::App& app, vivant::app::Globals& globals) {
 int run(int argc, char** argv) {
   CLI::App app("From a monocular video of a moving person and any painting to a stylised 4D video.",
                "vivant");
-  app.footer("`vivant COMMAND --help` explains a command and shows examples.");
+  app.footer(
+      "`vivant COMMAND --help` explains a command and shows examples. The options above may stand behind any "
+      "command.");
   app.set_help_all_flag("--help-all", "the help of every command");
   app.require_subcommand(1);
   app.fallthrough();  // global options may stand behind the command, too
   vivant::app::Globals globals;
   add_global_options(app, globals);
+  vivant::app::add_synth(app, globals);
   vivant::app::add_devices(app, globals);
   vivant::app::add_op(app, globals);
   vivant::app::add_bench(app, globals);
