@@ -29,10 +29,12 @@ KERNEL void ray_generation(IN REAL* restrict cameras, IN int* restrict pixels, G
                            GLOBAL REAL* restrict directions, int capacity, int width, int height, IN int* count) {
   const int ray = get_global_id(0);
   if (ray >= live_rows(capacity, count)) return;
-  const int pixel = pixels[ray], column = pixel % width, row = pixel / width % height;
-  IN REAL* camera = cameras + pixel / width / height * CAMERA_COLUMNS;
+  const int frame = pixels[ray] / (width * height), line = pixels[ray] / width;
+  const int column = pixels[ray] - line * width, row = line - frame * height;
+  IN REAL* camera = cameras + frame * CAMERA_COLUMNS;
   REAL x, y;
-  undistort(camera + 4, (column + (REAL)0.5 - camera[2]) / camera[0], (row + (REAL)0.5 - camera[3]) / camera[1], &x, &y);
+  undistort(camera + 4, (column + (REAL)0.5 - camera[2]) / camera[0], (row + (REAL)0.5 - camera[3]) / camera[1], &x,
+            &y);
   const REAL scale = 1 / sqrt(x * x + y * y + 1);
   IN REAL* pose = camera + 8;
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,12 +1,13 @@
-// rays: where rays meet a box, points along them, and points in normalised space. One ray, sample or point per work-item.
+// rays: where rays meet a box, points along them, and points in normalised space. One ray, sample or point per
+// work-item.
 #include "common.clh"
 #ifndef CONTRACT
 #define CONTRACT 0
 #endif
 
 // box [2,3], or [R,6] with a stride of 6 numbers per ray. A ray along a face's plane counts as inside.
-KERNEL void ray_box(IN REAL* restrict origins, IN REAL* restrict directions, IN REAL* restrict box, GLOBAL REAL* restrict near,
-                    GLOBAL REAL* restrict far, int capacity, int box_stride, REAL nearest, IN int* count) {
+KERNEL void ray_box(IN REAL* restrict origins, IN REAL* restrict directions, IN REAL* restrict box,
+                    GLOBAL REAL* restrict near, GLOBAL REAL* restrict far, int capacity, int box_stride, REAL nearest, IN int* count) {
   const int ray = get_global_id(0);
   if (ray >= live_rows(capacity, count)) return;
   IN REAL* lower = box + (size_t)ray * box_stride;
@@ -36,8 +37,8 @@ KERNEL void points_on_rays(IN REAL* restrict origins, IN REAL* restrict directio
 }
 
 // y = (x - centre) * scale, then contracted or not.
-KERNEL void normalise_points(IN REAL* restrict points, GLOBAL REAL* restrict y, REAL centre_x, REAL centre_y, REAL centre_z,
-                             REAL scale_x, REAL scale_y, REAL scale_z, int capacity, IN int* count) {
+KERNEL void normalise_points(IN REAL* restrict points, GLOBAL REAL* restrict y, REAL centre_x, REAL centre_y,
+                             REAL centre_z, REAL scale_x, REAL scale_y, REAL scale_z, int capacity, IN int* count) {
   const int i = get_global_id(0);
   if (i >= live_rows(capacity, count)) return;
   IN REAL* x = points + 3 * (size_t)i;
@@ -54,9 +55,9 @@ KERNEL void normalise_points(IN REAL* restrict points, GLOBAL REAL* restrict y, 
   y[3 * (size_t)i + 2] = c;
 }
 
-KERNEL void normalise_points_gradient(IN REAL* restrict points, IN REAL* restrict grad_y, GLOBAL REAL* restrict grad_points,
-                                      REAL centre_x, REAL centre_y, REAL centre_z, REAL scale_x, REAL scale_y, REAL scale_z,
-                                      int capacity, IN int* count) {
+KERNEL void normalise_points_gradient(IN REAL* restrict points, IN REAL* restrict grad_y,
+                                      GLOBAL REAL* restrict grad_points, REAL centre_x, REAL centre_y, REAL centre_z,
+                                      REAL scale_x, REAL scale_y, REAL scale_z, int capacity, IN int* count) {
   const int i = get_global_id(0);
   if (i >= live_rows(capacity, count)) return;
   REAL g[3] = {grad_y[3 * (size_t)i], grad_y[3 * (size_t)i + 1], grad_y[3 * (size_t)i + 2]};

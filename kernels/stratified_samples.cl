@@ -13,11 +13,11 @@
 
 KERNEL void stratified_depths(IN REAL* restrict near, IN REAL* restrict far, IN int* seed, IN int* step,
                               GLOBAL REAL* restrict depths, int stream, int jitter, int rays, int samples) {
-  const int blocks = (samples + 3) / 4, block = get_global_id(0), ray = block / blocks, first = block % blocks * 4;
-  if (ray >= rays) return;
+  const int blocks = (samples + 3) / 4, block = get_global_id(0), ray = get_global_id(1), first = 4 * block;
+  if (ray >= rays || block >= blocks) return;
   const REAL a = near[ray], b = far[ray];
   uint words[4];
-  if (jitter) philox(block, step[0], seed[0], stream, words);
+  if (jitter) philox(ray * blocks + block, step[0], seed[0], stream, words);
   for (int k = 0; k < min(4, samples - first); ++k) {
     const REAL fraction = (first + k + (jitter ? unit_interval(words[k]) : (REAL)0.5)) / samples;
 #if SPACING == LINEAR
@@ -32,7 +32,8 @@ KERNEL void stratified_depths(IN REAL* restrict near, IN REAL* restrict far, IN 
 
 KERNEL void sample_intervals(IN REAL* restrict depths, IN REAL* restrict far, GLOBAL REAL* restrict deltas, int rays,
                              int samples) {
-  const int i = get_global_id(0), ray = i / samples;
-  if (ray >= rays) return;
-  deltas[i] = (i % samples == samples - 1 ? far[ray] : depths[i + 1]) - depths[i];
+  const int s = get_global_id(0), ray = get_global_id(1);
+  if (ray >= rays || s >= samples) return;
+  const size_t i = (size_t)ray * samples + s;
+  deltas[i] = (s == samples - 1 ? far[ray] : depths[i + 1]) - depths[i];
 }

@@ -120,11 +120,11 @@ KERNEL void triplane_points_gradient(IN REAL* restrict planes, IN REAL* restrict
   }
 }
 
-// partial [partitions,3,H,W,C]: one work-item per partition of the points and vector of channels, which clears and fills
-// its own copy of all three planes in one pass over its points.
+// partial [partitions,3,H,W,C]: one work-item per partition of the points and vector of channels, which clears and
+// fills its own copy of all three planes in one pass over its points.
 KERNEL void triplane_planes_gradient(IN REAL* restrict planes, IN REAL* restrict points, IN REAL* restrict grad_y,
-                                     GLOBAL REAL* restrict partial, int capacity, int height, int width, int partitions,
-                                     IN int* count) {
+                                     GLOBAL REAL* restrict partial, int capacity, int height, int width,
+                                     int partitions, IN int* count) {
   const int v = get_global_id(0), partition = get_global_id(1);
   if (v >= VECTORS || partition >= partitions) return;
   const int rows = live_rows(capacity, count), share = (rows + partitions - 1) / partitions;

@@ -5,7 +5,11 @@
 namespace vivant {
 namespace {
 
-constexpr std::array<std::size_t, 3> thin_group{64, 1, 1};
+constexpr std::array<std::size_t, 3> thin_group{16, 4, 1};
+
+std::array<std::size_t, 3> items(std::int64_t across, const Tensor& depths) {
+  return {static_cast<std::size_t>(across), static_cast<std::size_t>(depths[0]), 1};
+}
 
 struct StratifiedDepths final : Op {
   StratifiedDepths(int samples, Spacing spacing, int stream, bool jitter)
@@ -24,11 +28,10 @@ struct StratifiedDepths final : Op {
   }
   void launch(Launch& launch) const override {
     const Tensor& depths = launch.out();
-    const auto blocks = static_cast<std::size_t>(depths[0] * ((samples + 3) / 4));
     launch.kernel("stratified_samples.cl", "stratified_depths", {{"SPACING", static_cast<int>(spacing)}})
         .args(launch.in(0), launch.in(1), launch.in(2), launch.in(3), depths, stream, jitter ? 1 : 0,
               depths[0], depths[1])
-        .run({blocks, 1, 1}, thin_group);
+        .run(items((samples + 3) / 4, depths), thin_group);
   }
   const int samples;
   const Spacing spacing;
@@ -49,7 +52,7 @@ struct SampleIntervals final : Op {
     const Tensor& depths = launch.in(0);
     launch.kernel("stratified_samples.cl", "sample_intervals")
         .args(depths, launch.in(1), launch.out(), depths[0], depths[1])
-        .run({static_cast<std::size_t>(depths.elements()), 1, 1}, thin_group);
+        .run(items(depths[1], depths), thin_group);
   }
 };
 
