@@ -7,7 +7,8 @@
 
 // box [2,3], or [R,6] with a stride of 6 numbers per ray. A ray along a face's plane counts as inside.
 KERNEL void ray_box(IN REAL* restrict origins, IN REAL* restrict directions, IN REAL* restrict box,
-                    GLOBAL REAL* restrict near, GLOBAL REAL* restrict far, int capacity, int box_stride, REAL nearest, IN int* count) {
+                    GLOBAL REAL* restrict near, GLOBAL REAL* restrict far, int capacity, int box_stride, REAL nearest,
+                    IN int* count) {
   const int ray = get_global_id(0);
   if (ray >= live_rows(capacity, count)) return;
   IN REAL* lower = box + (size_t)ray * box_stride;
