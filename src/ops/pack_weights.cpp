@@ -32,11 +32,17 @@ struct PackWeights final : Op {
   const bool transposed;
 };
 
+std::string memo_name(bool transposed) { return transposed ? "packed transposed" : "packed"; }
+
 }  // namespace
 
 Value pack_weights(Value w, bool transposed) {
-  return w.graph->memoised(w, transposed ? "packed transposed" : "packed",
+  return w.graph->memoised(w, memo_name(transposed),
                            [&] { return w.graph->record_one(PackWeights(transposed), {w}); });
+}
+
+void use_packed_weights(Value w, Value packed, bool transposed) {
+  w.graph->memoised(w, memo_name(transposed), [&] { return packed; });
 }
 
 }  // namespace vivant

@@ -16,4 +16,8 @@ Value outer_sum(Value x, Value y);
 /// often it is asked for.
 Value pack_weights(Value w, bool transposed);
 
+/// Makes pack_weights return `packed` for `w` in this graph: frozen weights that were packed once and for
+/// all.
+void use_packed_weights(Value w, Value packed, bool transposed);
+
 }  // namespace vivant
