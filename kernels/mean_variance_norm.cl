@@ -10,21 +10,8 @@
 //   standardise_gradient grad_x = (g - sum g / n - y sum(g y) / (n - 1)) / deviation, y = (x - mean) / deviation, or
 //                        g / deviation when the statistics are not those of x
 //
-// The element-wise kernels run over (vectors of channels, rows); a work-item takes every n-th vector of its row, n being
-// the range of axis 0.
-#include "common.clh"
-
-#define LOAD_VECTOR(p) VLOAD(0, p)
-#define LOAD_SCALAR(p) (*(p))
-#define STORE_VECTOR(value, p) VSTORE(value, 0, p)
-#define STORE_SCALAR(value, p) (*(p) = (value))
-// BODY for the vector of channels at c, or one by one for what is left of a row.
-#define FOR_CHANNELS(c, channels, BODY)                                                                               \
-  if (c + VW <= channels) {                                                                                           \
-    BODY(REALV, LOAD_VECTOR, STORE_VECTOR, c)                                                                         \
-  } else {                                                                                                            \
-    for (int channel = c; channel < channels; ++channel) { BODY(REAL, LOAD_SCALAR, STORE_SCALAR, channel) }           \
-  }
+// The element-wise kernels run over (vectors of channels, rows).
+#include "channels.clh"
 
 KERNEL void statistics_partial(IN REAL* restrict x, GLOBAL REAL* restrict partial, int capacity, int channels,
                                int chunk_rows, IN int* count) {
@@ -80,7 +67,7 @@ KERNEL void statistics_gradient(IN REAL* restrict x, IN REAL* restrict mean, IN 
   STORE(by_mean * LOAD(grad_mean + i) + by_deviation * LOAD(grad_deviation + i) *                                     \
                                             (LOAD(x + at + i) - LOAD(mean + i)) / LOAD(deviation + i),                \
         grad_x + at + i);
-  for (int c = get_global_id(0) * VW; c < channels; c += get_global_size(0) * VW) FOR_CHANNELS(c, channels, BODY)
+  FOR_ROW(channels, BODY)
 #undef BODY
 }
 
@@ -90,7 +77,7 @@ KERNEL void standardise(IN REAL* restrict x, IN REAL* restrict mean, IN REAL* re
   if (row >= live_rows(capacity, count)) return;
   const size_t at = (size_t)row * channels;
 #define BODY(T, LOAD, STORE, i) STORE((LOAD(x + at + i) - LOAD(mean + i)) / LOAD(deviation + i), y + at + i);
-  for (int c = get_global_id(0) * VW; c < channels; c += get_global_size(0) * VW) FOR_CHANNELS(c, channels, BODY)
+  FOR_ROW(channels, BODY)
 #undef BODY
 }
 
@@ -126,6 +113,6 @@ KERNEL void standardise_gradient(IN REAL* restrict y, IN REAL* restrict deviatio
   T g = LOAD(grad_y + at + i);                                                                                        \
   if (sums) g -= by_mean * LOAD(sums + i) + by_deviation * LOAD(y + at + i) * LOAD(sums + channels + i);              \
   STORE(g / LOAD(deviation + i), grad_x + at + i);
-  for (int c = get_global_id(0) * VW; c < channels; c += get_global_size(0) * VW) FOR_CHANNELS(c, channels, BODY)
+  FOR_ROW(channels, BODY)
 #undef BODY
 }

@@ -11,12 +11,6 @@ namespace {
 constexpr double epsilon = 1e-5;
 constexpr const char* file = "mean_variance_norm.cl";
 
-/// Runs over (vectors of channels, rows).
-void run_over_rows(Launch::Call& call, const Launch& launch, const Tensor& x) {
-  call.run({launch.gpu() ? vectors(launch, x.channels())[0] : 1, static_cast<std::size_t>(x.rows()), 1},
-           launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 16, 1});
-}
-
 /// Runs over (chunks of rows, vectors of channels).
 void run_over_chunks(Launch::Call& call, const Launch& launch, const Tensor& x) {
   call.run({static_cast<std::size_t>(chunks_of(x.rows())), vectors(launch, x.channels())[0], 1}, {1, 1, 1});
@@ -36,7 +30,7 @@ struct StatisticsGradient final : Op {
     auto call = launch.kernel(file, "statistics_gradient");
     call.args(x, launch.in(1), launch.in(2), launch.in(3), launch.in(4), launch.out(), x.rows(), x.channels(),
               launch.count_of(x));
-    run_over_rows(call, launch, x);
+    run_over_rows(call, launch, x.rows(), x.channels());
   }
 };
 
@@ -91,7 +85,7 @@ struct StandardiseGradient final : Op {
     }
     auto call = launch.kernel(file, "standardise_gradient");
     call.args(y, launch.in(1), grad, sums, launch.out(), y.rows(), y.channels(), launch.count_of(y));
-    run_over_rows(call, launch, y);
+    run_over_rows(call, launch, y.rows(), y.channels());
   }
   const bool own_statistics;
 };
@@ -112,7 +106,7 @@ struct Standardise final : Op {
     const Tensor& x = launch.in(0);
     auto call = launch.kernel(file, "standardise");
     call.args(x, launch.in(1), launch.in(2), launch.out(), x.rows(), x.channels(), launch.count_of(x));
-    run_over_rows(call, launch, x);
+    run_over_rows(call, launch, x.rows(), x.channels());
   }
   Values gradient(const GradientRequest& request) const override {
     return {request.graph.record_one(StandardiseGradient(own_statistics),

@@ -1,4 +1,3 @@
-#include "ops/rows.hpp"
 #include "ops/tiles.hpp"
 #include "vivant/ops/linear.hpp"
 
@@ -6,7 +5,7 @@ namespace vivant {
 namespace {
 
 struct PackWeights final : Op {
-  explicit PackWeights(bool transposed) : transposed(transposed) {}
+  PackWeights(bool transposed, std::int64_t panel) : transposed(transposed), panel(panel) {}
   std::string_view name() const override { return "pack_weights"; }
 
   struct Extents {
@@ -19,30 +18,34 @@ struct PackWeights final : Op {
   TensorTypes infer(const TensorTypes& in) const override {
     if (in[0].shape.rank() < 2) fail("[pack_weights] weights {} are no matrix", in[0].shape.text());
     const Extents e = extents(in[0].shape);
-    const std::int64_t panel = panel_width(e.n);
-    return {{DType::real, {(e.n + panel - 1) / panel, e.taps * e.k, panel}}};
+    const std::int64_t width = panel > 0 ? panel : panel_width(e.n);
+    return {{DType::real, {(e.n + width - 1) / width, e.taps * e.k, width}}};
   }
+  bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
-    const Extents e = extents(launch.in(0).shape());
-    const Tensor& packed = launch.out();
+    const Tensor &w = launch.in(0), &packed = launch.out();
+    const Extents e = extents(w.shape());
     launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
-        .args(launch.in(0), packed, e.taps, e.k, e.n, packed.channels(), packed.elements())
-        .run({static_cast<std::size_t>(packed.elements()), 1, 1}, {256, 1, 1});
+        .args(w, packed, e.taps, e.k, e.n, packed.channels(), launch.count_of(w))
+        .run({static_cast<std::size_t>(e.taps * e.k), static_cast<std::size_t>(packed[0]), 1}, {16, 1, 1});
   }
   const bool transposed;
+  const std::int64_t panel;
 };
 
-std::string memo_name(bool transposed) { return transposed ? "packed transposed" : "packed"; }
+std::string memo_name(bool transposed, std::int64_t panel) {
+  return fmt::format("packed {} {}", transposed ? "transposed" : "", panel);
+}
 
 }  // namespace
 
-Value pack_weights(Value w, bool transposed) {
-  return w.graph->memoised(w, memo_name(transposed),
-                           [&] { return w.graph->record_one(PackWeights(transposed), {w}); });
+Value pack_weights(Value w, bool transposed, std::int64_t panel) {
+  return w.graph->memoised(w, memo_name(transposed, panel),
+                           [&] { return w.graph->record_one(PackWeights(transposed, panel), {w}); });
 }
 
 void use_packed_weights(Value w, Value packed, bool transposed) {
-  w.graph->memoised(w, memo_name(transposed), [&] { return packed; });
+  w.graph->memoised(w, memo_name(transposed, 0), [&] { return packed; });
 }
 
 }  // namespace vivant

@@ -1,0 +1,32 @@
+// attention_statistics: o [N, 2 C] holds A u and A u^2 of values u relative to `center` [C]:
+//   mean = A u + center,  deviation = sqrt(max(0, A u^2 - (A u)^2))
+// The gradient of the deviation is 0 where the deviation is 0. Kernels run over (vectors of channels, rows).
+#include "channels.clh"
+
+KERNEL void attention_statistics(IN REAL* restrict o, IN REAL* restrict center, GLOBAL REAL* restrict mean,
+                                 GLOBAL REAL* restrict deviation, int rows, int channels) {
+  const int row = get_global_id(1);
+  if (row >= rows) return;
+  const size_t at = (size_t)row * channels;
+#define BODY(T, LOAD, STORE, i)                                                      \
+  const T first = LOAD(o + 2 * at + i), second = LOAD(o + 2 * at + channels + i);    \
+  STORE(first + LOAD(center + i), mean + at + i);                                    \
+  STORE(sqrt(fmax(second - first * first, (T)(0))), deviation + at + i);
+  FOR_ROW(channels, BODY)
+#undef BODY
+}
+
+KERNEL void attention_statistics_gradient(IN REAL* restrict o, IN REAL* restrict deviation, IN REAL* restrict grad_mean,
+                                          IN REAL* restrict grad_deviation, GLOBAL REAL* restrict grad_o, int rows,
+                                          int channels) {
+  const int row = get_global_id(1);
+  if (row >= rows) return;
+  const size_t at = (size_t)row * channels;
+#define BODY(T, LOAD, STORE, i)                                                                             \
+  const T d = LOAD(deviation + at + i), alive = step((T)(1e-30f), d);                                       \
+  const T second = alive * LOAD(grad_deviation + at + i) / (2 * d + (1 - alive));                           \
+  STORE(LOAD(grad_mean + at + i) - 2 * LOAD(o + 2 * at + i) * second, grad_o + 2 * at + i);                 \
+  STORE(second, grad_o + 2 * at + channels + i);
+  FOR_ROW(channels, BODY)
+#undef BODY
+}
