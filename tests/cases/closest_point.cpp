@@ -84,10 +84,7 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
 // One level of the hierarchy, two, and three with a last node that is not full.
 const Register registration(OpCase{
     .op = "closest_point",
-    .variations = {{{0, 1, -1}, {{"max_distance", 0.5}}},
-                   {{2, 41, -1}},
-                   {{3, 37, 20}},
-                   {{5, 33, -1}}},
+    .variations = {{{0, 1, -1}, {{"max_distance", 0.5}}}, {{2, 41, -1}}, {{3, 37, 20}}, {{5, 33, -1}}},
     .inputs = inputs,
     .reference = reference,
     .benchmark = {{6, 65536, -1}},
