@@ -195,7 +195,12 @@ TEST_CASE("executor: a value that is not finite names the op and its scope") {
 TEST_CASE("executor: wrong writes and reads are refused") {
   Graph graph;
   const Value x = graph.input("x", {2, 3}), n = graph.scalar("n", DType::i32);
-  Run run(graph, {affine(x, 1)});
+  const Value y = affine(x, 1);
+  Run run(graph, {y});
+  CHECK(contains(error_of([&] {
+                   run.write(y, {1, 2, 3, 4, 5, 6});
+                 }),
+                 "affine [2, 3] is computed by the graph"));
   CHECK(contains(error_of([&] { run.write(x, {1, 2}); }), "[2, 3] takes 6 elements, not 2"));
   const std::vector<std::int32_t> ints(6, 1);
   CHECK(contains(error_of([&] { run.executor().write(x, std::span<const std::int32_t>(ints)); }),

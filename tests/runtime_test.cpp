@@ -112,6 +112,14 @@ TEST_CASE("runtime: a corrupt cache entry is rebuilt") {
   }
 }
 
+TEST_CASE("runtime: an empty VIVANT_CACHE or XDG_CACHE_HOME counts as not set") {
+  const Workshop workshop;
+  const ScopedVariable cache("VIVANT_CACHE", ""), xdg("XDG_CACHE_HOME", "");
+  const ScopedVariable home("HOME", (workshop.cache / "home").string());
+  check_probe(1, 1, 0);
+  CHECK(std::filesystem::exists(workshop.cache / "home/.cache/vivant"));
+}
+
 TEST_CASE("runtime: a cache that cannot be written only costs time") {
   const Workshop workshop;
   const TemporaryFolder folder;

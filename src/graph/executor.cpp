@@ -41,7 +41,10 @@ void Executor::set(Value scalar, double number) {
 
 namespace {
 
-void check_size(Value value, DType dtype, std::size_t elements) {
+void check_write(Value value, DType dtype, std::size_t elements) {
+  const Graph::ValueRecord& record = value.graph->values()[value.graph->root(value.id)];
+  if (record.storage != Graph::Storage::input && record.storage != Graph::Storage::external)
+    fail("[write] {} {} is computed by the graph", record.name, value.shape().text());
   if (value.dtype() != dtype)
     fail("[write] the tensor is {}, the data {}", name_of(value.dtype()), name_of(dtype));
   if (value.elements() != static_cast<std::int64_t>(elements))
@@ -51,7 +54,7 @@ void check_size(Value value, DType dtype, std::size_t elements) {
 }  // namespace
 
 void Executor::write(Value input, std::span<const double> data) {
-  check_size(input, DType::real, data.size());
+  check_write(input, DType::real, data.size());
   if (state_->options.precision == Precision::double_)
     return state_->device.write(state_->memory_of(input.id), data.data(), data.size_bytes());
   const std::vector<float> narrow(data.begin(), data.end());
@@ -59,7 +62,7 @@ void Executor::write(Value input, std::span<const double> data) {
 }
 
 void Executor::write(Value input, std::span<const float> data) {
-  check_size(input, DType::real, data.size());
+  check_write(input, DType::real, data.size());
   if (state_->options.precision == Precision::single)
     return state_->device.write(state_->memory_of(input.id), data.data(), data.size_bytes());
   const std::vector<double> wide(data.begin(), data.end());
@@ -67,12 +70,12 @@ void Executor::write(Value input, std::span<const float> data) {
 }
 
 void Executor::write(Value input, std::span<const std::int32_t> data) {
-  check_size(input, DType::i32, data.size());
+  check_write(input, DType::i32, data.size());
   state_->device.write(state_->memory_of(input.id), data.data(), data.size_bytes());
 }
 
 void Executor::write(Value input, std::span<const std::uint8_t> data) {
-  check_size(input, DType::u8, data.size());
+  check_write(input, DType::u8, data.size());
   state_->device.write(state_->memory_of(input.id), data.data(), data.size_bytes());
 }
 

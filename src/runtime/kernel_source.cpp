@@ -13,7 +13,7 @@ namespace vivant {
 namespace {
 
 std::string raw_text(const std::string& file) {
-  if (const char* folder = std::getenv("VIVANT_KERNELS")) {
+  if (const char* folder = std::getenv("VIVANT_KERNELS"); folder && *folder) {
     std::ifstream in(std::filesystem::path(folder) / file);
     if (!in) fail("no kernel file {} in the folder VIVANT_KERNELS={}", file, folder);
     return {std::istreambuf_iterator<char>(in), {}};

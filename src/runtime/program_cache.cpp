@@ -25,10 +25,16 @@ std::uint64_t hash(const void* data, std::size_t bytes, std::uint64_t seed) {
   return value;
 }
 
+/// The value of an environment variable; an empty one counts as not set.
+const char* variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value && *value ? value : nullptr;
+}
+
 fs::path folder() {
-  if (const char* path = std::getenv("VIVANT_CACHE")) return path;
-  if (const char* path = std::getenv("XDG_CACHE_HOME")) return fs::path(path) / "vivant";
-  if (const char* path = std::getenv("HOME")) return fs::path(path) / ".cache" / "vivant";
+  if (const char* path = variable("VIVANT_CACHE")) return path;
+  if (const char* path = variable("XDG_CACHE_HOME")) return fs::path(path) / "vivant";
+  if (const char* path = variable("HOME")) return fs::path(path) / ".cache" / "vivant";
   return fs::temp_directory_path() / "vivant-cache";
 }
 
