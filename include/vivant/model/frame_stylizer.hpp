@@ -1,0 +1,45 @@
+#pragma once
+#include <memory>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "vivant/model/colour_match.hpp"
+#include "vivant/model/stylizer.hpp"
+#include "vivant/nn/vgg19.hpp"
+#include "vivant/runtime/device.hpp"
+
+namespace vivant {
+
+/// A rendered frame [H, W]: features [ceil(H/4), ceil(W/4), 256] and colours [H, W, 3].
+struct RenderedFrame {
+  std::span<const float> features, rgb;
+};
+
+/// Stylises frames of one size in tiles, so that memory does not grow with the frame; tiles do not show.
+class FrameStylizer {
+ public:
+  struct Options {
+    int tile = 64;               ///< features a side, without the halo
+    double colour_match = 0.6;   ///< how far colours are moved to the painting's; 0: not, as the paper
+    std::int64_t tokens = 4096;  ///< of a style, at most
+  };
+
+  /// Device, stylizer and vgg must outlive it.
+  FrameStylizer(Device& device, const Stylizer& stylizer, const Vgg19& vgg, int height, int width,
+                const Options& options);
+  ~FrameStylizer();
+
+  /// The style from now on: a picture of any size, CV_8UC3 RGB. `frames` are some of what will be stylised:
+  /// from them come the statistics of norm(c) and the colour match, both frozen until the next call.
+  void set_style(const cv::Mat& picture, std::span<const RenderedFrame> frames);
+
+  /// Colours [H, W, 3] in [0, 1]. strength blends from the reconstruction (0) to the style (1).
+  std::vector<float> stylise(const RenderedFrame& frame, double strength = 1);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vivant

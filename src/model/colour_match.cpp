@@ -1,0 +1,60 @@
+#include "vivant/model/colour_match.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace vivant {
+namespace {
+
+constexpr double smallest_stretch = 0.5, largest_stretch = 1.5;
+constexpr double ridge = 1e-6;  // of variances of colours in [0, 1]
+
+/// The symmetric matrix with each eigenvalue replaced by f of it.
+template <typename F>
+Eigen::Matrix3d with_eigenvalues(const Eigen::Matrix3d& symmetric, F f) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(symmetric);
+  return solver.eigenvectors() * solver.eigenvalues().unaryExpr(f).asDiagonal() *
+         solver.eigenvectors().transpose();
+}
+
+Eigen::Matrix3d square_root(const Eigen::Matrix3d& symmetric) {
+  return with_eigenvalues(symmetric, [](double value) { return std::sqrt(std::max(value, 0.0)); });
+}
+
+}  // namespace
+
+void ColourStatistics::add(std::span<const float> pixels) {
+  const auto count = static_cast<Eigen::Index>(pixels.size() / 3);
+  const Eigen::Matrix<double, 3, Eigen::Dynamic> colours =
+      Eigen::Map<const Eigen::Matrix<float, 3, Eigen::Dynamic>>(pixels.data(), 3, count).cast<double>();
+  const Eigen::Vector3d new_mean = colours.rowwise().mean();
+  const Eigen::Matrix<double, 3, Eigen::Dynamic> centred = colours.colwise() - new_mean;
+  const double total = count_ + static_cast<double>(count), part = static_cast<double>(count) / total;
+  const Eigen::Vector3d difference = new_mean - mean;
+  covariance = (1 - part) * covariance + centred * centred.transpose() / total +
+               part * (1 - part) * difference * difference.transpose();
+  mean += part * difference;
+  count_ = total;
+}
+
+void ColourTransform::apply(std::span<float> pixels) const {
+  const Eigen::Matrix3f a = matrix.cast<float>();
+  const Eigen::Vector3f b = offset.cast<float>();
+  Eigen::Map<Eigen::Matrix<float, 3, Eigen::Dynamic>> all(pixels.data(), 3,
+                                                          static_cast<Eigen::Index>(pixels.size() / 3));
+  all = ((a * all).colwise() + b).cwiseMax(0.0f).cwiseMin(1.0f).eval();
+}
+
+ColourTransform match_colours(const ColourStatistics& from, const ColourStatistics& to, double amount) {
+  const Eigen::Matrix3d source = from.covariance + ridge * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d root = square_root(source), inverse = root.inverse();
+  const Eigen::Matrix3d map = inverse * square_root(root * to.covariance * root) * inverse;
+  const Eigen::Matrix3d stretch = with_eigenvalues(
+      map, [](double value) { return std::clamp(value, smallest_stretch, largest_stretch); });
+  ColourTransform transform;
+  transform.matrix = amount * stretch + (1 - amount) * Eigen::Matrix3d::Identity();
+  transform.offset = amount * (to.mean - stretch * from.mean);
+  return transform;
+}
+
+}  // namespace vivant

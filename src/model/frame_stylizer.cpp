@@ -1,0 +1,289 @@
+#include "vivant/model/frame_stylizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "vivant/graph/executor.hpp"
+
+namespace vivant {
+namespace {
+
+constexpr std::int64_t C = Stylizer::features, halo = Stylizer::feature_halo;
+constexpr std::int64_t most_samples = 16384;  // features of a frame that its statistics are taken from
+constexpr std::int64_t detail_halo = Stylizer::detail_halo, detail_channels = Stylizer::detail_channels;
+
+/// A host image [height, width, channels].
+struct Image {
+  std::int64_t height = 0, width = 0, channels = 0;
+  std::vector<float> values;
+};
+
+/// The rectangle of an image, whose outermost pixels go on beyond its borders.
+Image part(std::span<const float> from, std::int64_t height, std::int64_t width, std::int64_t channels,
+           const cv::Rect& at) {
+  Image result{at.height, at.width, channels, {}};
+  result.values.reserve(static_cast<std::size_t>(at.area()) * channels);
+  for (std::int64_t i = 0; i < at.height; ++i)
+    for (std::int64_t j = 0; j < at.width; ++j) {
+      const std::int64_t row = std::clamp<std::int64_t>(at.y + i, 0, height - 1);
+      const std::int64_t column = std::clamp<std::int64_t>(at.x + j, 0, width - 1);
+      const auto pixel = from.subspan((row * width + column) * channels, channels);
+      result.values.insert(result.values.end(), pixel.begin(), pixel.end());
+    }
+  return result;
+}
+Image part(const Image& from, const cv::Rect& at) {
+  return part(from.values, from.height, from.width, from.channels, at);
+}
+
+/// Starts of tiles that cover `extent`; the last one is moved back so that it stays inside.
+std::vector<std::int64_t> tile_starts(std::int64_t extent, std::int64_t tile) {
+  std::vector<std::int64_t> starts;
+  for (std::int64_t start = 0; start < extent; start += tile)
+    starts.push_back(std::min(start, extent - tile));
+  return starts;
+}
+
+/// Mean and deviation by channel of all frames together, from those of each.
+struct HostStatistics {
+  std::vector<float> mean, deviation;
+};
+HostStatistics pooled(const std::vector<HostStatistics>& frames) {
+  HostStatistics all = frames.front();
+  for (std::size_t c = 0; c < all.mean.size(); ++c) {
+    double sum = 0, square = 0;
+    for (const HostStatistics& frame : frames) {
+      sum += frame.mean[c];
+      square += std::pow(frame.mean[c], 2) + std::pow(frame.deviation[c], 2);
+    }
+    const double mean = sum / static_cast<double>(frames.size());
+    all.mean[c] = static_cast<float>(mean);
+    all.deviation[c] =
+        static_cast<float>(std::sqrt(square / static_cast<double>(frames.size()) - mean * mean));
+  }
+  return all;
+}
+
+/// A style picture at the size that gives at most `tokens` tokens; sides are multiples of 16.
+cv::Mat style_picture(const cv::Mat& rgb8, std::int64_t tokens) {
+  const double factor =
+      std::sqrt(static_cast<double>(tokens) * 16 / (static_cast<double>(rgb8.rows) * rgb8.cols));
+  const auto side = [&](int pixels) { return std::max(32, static_cast<int>(pixels * factor) / 16 * 16); };
+  cv::Mat picture;
+  rgb8.convertTo(picture, CV_32F, 1.0 / 255);
+  cv::resize(picture, picture, {side(rgb8.cols), side(rgb8.rows)}, 0, 0,
+             factor < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return cv::min(cv::max(picture, 0.0), 1.0);
+}
+
+std::span<const float> floats_of(const cv::Mat& picture) {
+  return {picture.ptr<float>(), picture.total() * picture.channels()};
+}
+
+}  // namespace
+
+struct FrameStylizer::State {
+  State(Device& device, const Stylizer& stylizer, const Vgg19& vgg, int height, int width,
+        const Options& options);
+
+  void set_style(const cv::Mat& picture);
+  void freeze_statistics(std::span<const RenderedFrame> frames);
+  /// Luma at a quarter and detail of a frame.
+  void look_at(const RenderedFrame& frame);
+  std::vector<float> stylise(const RenderedFrame& frame, double strength);
+
+  Device& device;
+  const Stylizer& stylizer;
+  const Vgg19& vgg;
+  const Options options;
+  const std::int64_t height, width;            ///< of the frame
+  const std::int64_t rows, columns;            ///< of its features
+  const std::int64_t tile_rows, tile_columns;  ///< of a tile, without its halo
+  const std::int64_t samples;                  ///< features of a frame from which statistics are taken
+  ColourTransform colours;
+
+  // From the colours of a whole frame: luma and detail.
+  Graph frame_graph;
+  Value rgb, small_luma, detail;
+  Image luma_now, detail_now;
+  // Statistics of samples of a frame.
+  Graph statistics_graph;
+  Value sample_features, sample_luma;
+  ContentStatistics sample_statistics;
+  // One tile.
+  std::unique_ptr<Graph> tile_graph;
+  Value features, tile_luma, tile_detail, strength_value, image;
+  ContentStatistics statistics;
+  std::unique_ptr<Executor> frame_executor, statistics_executor, tile_executor;
+};
+
+FrameStylizer::State::State(Device& device, const Stylizer& stylizer, const Vgg19& vgg, int height, int width,
+                            const Options& options)
+    : device(device),
+      stylizer(stylizer),
+      vgg(vgg),
+      options(options),
+      height(height),
+      width(width),
+      rows((height + 3) / Stylizer::scale),
+      columns((width + 3) / Stylizer::scale),
+      tile_rows(std::min<std::int64_t>(rows, options.tile)),
+      tile_columns(std::min<std::int64_t>(columns, options.tile)),
+      samples(std::min(rows * columns, most_samples)) {
+  rgb = frame_graph.input("rgb", {rows * Stylizer::scale, columns * Stylizer::scale, 3});
+  const Value luma = stylizer.luma(frame_graph, rgb);
+  small_luma = stylizer.feature_luma(luma);
+  detail = stylizer.detail(luma);
+  frame_executor = std::make_unique<Executor>(device, frame_graph, Values{small_luma, detail});
+
+  sample_features = statistics_graph.input("features", {samples, C});
+  sample_luma = statistics_graph.input("luma", {samples, 1});
+  sample_statistics = stylizer.statistics(stylizer.content(statistics_graph, sample_features), sample_luma);
+  statistics_executor =
+      std::make_unique<Executor>(device, statistics_graph,
+                                 Values{sample_statistics.features.mean, sample_statistics.features.deviation,
+                                        sample_statistics.luma.mean, sample_statistics.luma.deviation});
+}
+
+void FrameStylizer::State::set_style(const cv::Mat& rgb8) {
+  Graph style_graph;
+  const cv::Mat small = style_picture(rgb8, options.tokens);
+  const Value picture = style_graph.input("painting", {small.rows, small.cols, 3});
+  const Value light = stylizer.feature_luma(stylizer.luma(style_graph, picture));
+  const StyleTokens tokens =
+      stylizer.style_tokens(style_graph, vgg.features(picture, {"relu3_1"}).at("relu3_1"), light);
+  Values outputs = {tokens.keys, tokens.values};
+  if (tokens.bias) outputs.push_back(tokens.bias);
+  Executor style_executor(device, style_graph, outputs);
+  style_executor.write(picture, floats_of(small));
+  style_executor.run();
+
+  tile_executor.reset();
+  tile_graph = std::make_unique<Graph>();
+  Graph& graph = *tile_graph;
+  features = graph.input("features", {tile_rows + 2 * halo, tile_columns + 2 * halo, C});
+  tile_luma = graph.input("luma", {tile_rows + 2 * halo, tile_columns + 2 * halo, 1});
+  tile_detail = graph.input("detail", {Stylizer::scale * tile_rows + 2 * detail_halo,
+                                       Stylizer::scale * tile_columns + 2 * detail_halo, detail_channels});
+  strength_value = graph.scalar("strength");
+  statistics = {{graph.input("mean", {C}), graph.input("deviation", {C})},
+                {graph.input("luma mean", {1}), graph.input("luma deviation", {1})}};
+  const auto copied = [&](const char* name, Value value) {
+    return value ? graph.input(name, value.shape()) : Value{};
+  };
+  const StyleTokens here = {copied("keys", tokens.keys), copied("bias", tokens.bias),
+                            copied("values", tokens.values)};
+  const Value content = stylizer.content(graph, features);
+  const Value stylised = stylizer.attend(graph, content, tile_luma, here, statistics);
+  image = stylizer.decode(graph, blend(content, stylised, strength_value),
+                          stylizer.options().detail ? tile_detail : Value{});
+  tile_executor = std::make_unique<Executor>(device, graph, Values{image});
+  tile_executor->write(here.keys, style_executor.read(tokens.keys));
+  tile_executor->write(here.values, style_executor.read(tokens.values));
+  if (tokens.bias) tile_executor->write(here.bias, style_executor.read(tokens.bias));
+}
+
+void FrameStylizer::State::look_at(const RenderedFrame& frame) {
+  if (static_cast<std::int64_t>(frame.features.size()) != rows * columns * C ||
+      static_cast<std::int64_t>(frame.rgb.size()) != height * width * 3)
+    fail("a frame of {} x {} needs features [{}, {}, {}] and colours [{}, {}, 3]; it has {} and {} numbers",
+         width, height, rows, columns, C, height, width, frame.features.size(), frame.rgb.size());
+  const Image padded = part(
+      frame.rgb, height, width, 3,
+      cv::Rect(0, 0, static_cast<int>(columns * Stylizer::scale), static_cast<int>(rows * Stylizer::scale)));
+  frame_executor->write(rgb, padded.values);
+  frame_executor->run();
+  luma_now = {rows, columns, 1, frame_executor->read(small_luma)};
+  detail_now = {rows * Stylizer::scale, columns * Stylizer::scale, detail_channels,
+                frame_executor->read(detail)};
+}
+
+void FrameStylizer::State::freeze_statistics(std::span<const RenderedFrame> frames) {
+  std::vector<HostStatistics> of_features, of_luma;
+  for (const RenderedFrame& frame : frames) {
+    look_at(frame);
+    std::vector<float> chosen_features, chosen_luma;
+    for (std::int64_t i = 0; i < samples; ++i) {
+      const std::int64_t place = i * rows * columns / samples;
+      const auto pixel = frame.features.subspan(place * C, C);
+      chosen_features.insert(chosen_features.end(), pixel.begin(), pixel.end());
+      chosen_luma.push_back(luma_now.values[place]);
+    }
+    Executor& executor = *statistics_executor;
+    executor.write(sample_features, chosen_features);
+    executor.write(sample_luma, chosen_luma);
+    executor.run();
+    const auto read = [&](const ChannelStatistics& s) {
+      return HostStatistics{executor.read(s.mean), executor.read(s.deviation)};
+    };
+    of_features.push_back(read(sample_statistics.features));
+    of_luma.push_back(read(sample_statistics.luma));
+  }
+  const auto write = [&](const ChannelStatistics& target, const HostStatistics& values) {
+    tile_executor->write(target.mean, values.mean);
+    tile_executor->write(target.deviation, values.deviation);
+  };
+  write(statistics.features, pooled(of_features));
+  write(statistics.luma, pooled(of_luma));
+}
+
+std::vector<float> FrameStylizer::State::stylise(const RenderedFrame& frame, double strength) {
+  look_at(frame);
+  tile_executor->set(strength_value, strength);
+  std::vector<float> result(height * width * 3);
+  const auto rectangle = [](std::int64_t top, std::int64_t left, std::int64_t rows, std::int64_t columns) {
+    return cv::Rect(static_cast<int>(left), static_cast<int>(top), static_cast<int>(columns),
+                    static_cast<int>(rows));
+  };
+  for (const std::int64_t top : tile_starts(rows, tile_rows))
+    for (const std::int64_t left : tile_starts(columns, tile_columns)) {
+      const cv::Rect around =
+          rectangle(top - halo, left - halo, tile_rows + 2 * halo, tile_columns + 2 * halo);
+      const std::int64_t first_row = top * Stylizer::scale, first_column = left * Stylizer::scale,
+                         tile_height = tile_rows * Stylizer::scale,
+                         tile_width = tile_columns * Stylizer::scale;
+      tile_executor->write(features, part(frame.features, rows, columns, C, around).values);
+      tile_executor->write(tile_luma, part(luma_now, around).values);
+      tile_executor->write(
+          tile_detail,
+          part(detail_now, rectangle(first_row - detail_halo, first_column - detail_halo,
+                                     tile_height + 2 * detail_halo, tile_width + 2 * detail_halo))
+              .values);
+      tile_executor->run();
+      const std::vector<float> colours_here = tile_executor->read(image);
+      const std::int64_t kept = std::min(tile_width, width - first_column);
+      for (std::int64_t i = 0; i < std::min(tile_height, height - first_row); ++i)
+        std::copy_n(&colours_here[i * tile_width * 3], kept * 3,
+                    &result[((first_row + i) * width + first_column) * 3]);
+    }
+  return result;
+}
+
+FrameStylizer::FrameStylizer(Device& device, const Stylizer& stylizer, const Vgg19& vgg, int height,
+                             int width, const Options& options)
+    : state_(std::make_unique<State>(device, stylizer, vgg, height, width, options)) {}
+FrameStylizer::~FrameStylizer() = default;
+
+void FrameStylizer::set_style(const cv::Mat& picture, std::span<const RenderedFrame> frames) {
+  if (frames.empty()) fail("a style needs at least one frame that it will be used on");
+  state_->set_style(picture);
+  state_->freeze_statistics(frames);
+  ColourStatistics rendered;
+  for (const RenderedFrame& frame : frames) rendered.add(state_->stylise(frame, 1));
+  ColourStatistics painting;
+  painting.add(floats_of(style_picture(picture, state_->options.tokens)));
+  state_->colours = match_colours(rendered, painting, state_->options.colour_match);
+}
+
+std::vector<float> FrameStylizer::stylise(const RenderedFrame& frame, double strength) {
+  if (!state_->tile_executor) fail("a frame is stylised before a style was set");
+  std::vector<float> result = state_->stylise(frame, strength);
+  ColourTransform transform = state_->colours;
+  transform.matrix = strength * transform.matrix + (1 - strength) * Eigen::Matrix3d::Identity();
+  transform.offset *= strength;
+  transform.apply(result);
+  return result;
+}
+
+}  // namespace vivant

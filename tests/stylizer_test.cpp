@@ -1,0 +1,140 @@
+#include "vivant/model/stylizer.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "jobs/training_pictures.hpp"
+#include "vivant/graph/executor.hpp"
+#include "vivant/io/assets.hpp"
+#include "vivant/io/image.hpp"
+#include "vivant/io/safetensors.hpp"
+#include "vivant/model/frame_stylizer.hpp"
+#include "vivant/model/read_out.hpp"
+#include "vivant/nn/vgg19.hpp"
+
+using namespace vivant;
+
+namespace {
+
+struct Fixture {
+  Device device;
+  Initializer initializer{7};
+  ParameterStore store;
+  Stylizer stylizer;
+  Vgg19 vgg;
+
+  explicit Fixture(StylizerOptions options = {}) : stylizer(store, initializer, options), vgg(device) {
+    store.allocate(device);
+  }
+
+  std::vector<float> features(const cv::Mat& picture) {
+    Graph graph;
+    const Value input = graph.input("picture", {picture.rows, picture.cols, 3});
+    const Value relu3_1 = vgg.features(input, {"relu3_1"}).at("relu3_1");
+    Executor executor(device, graph, {relu3_1});
+    executor.write(input, values_of(picture));
+    executor.run();
+    return executor.read(relu3_1);
+  }
+
+  std::vector<float> reconstruct(const cv::Mat& picture) {
+    Graph graph;
+    const Value rgb = graph.input("rgb", {picture.rows, picture.cols, 3});
+    const Value seen = graph.input("features", {picture.rows / 4, picture.cols / 4, 256});
+    const Value image = stylizer.reconstruct(graph, seen, rgb);
+    Executor executor(device, graph, {image});
+    executor.write(rgb, values_of(picture));
+    executor.write(seen, features(picture));
+    executor.run();
+    return executor.read(image);
+  }
+};
+
+/// The middle of a style picture of the assets, `side` pixels of an enlarged or reduced picture.
+cv::Mat picture(const std::string& name, int height, int width) {
+  cv::Mat result;
+  cv::resize(read_image(asset_path("styles/" + name)), result, {width, height}, 0, 0, cv::INTER_AREA);
+  result.convertTo(result, CV_32F, 1.0 / 255);
+  return result;
+}
+
+double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
+  REQUIRE(a.size() == b.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs<double>(a[i] - b[i]));
+  return largest;
+}
+
+double psnr(std::span<const float> a, std::span<const float> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(a[i] - b[i], 2);
+  return -10 * std::log10(sum / static_cast<double>(a.size()));
+}
+
+}  // namespace
+
+TEST_CASE("stylizer: the least-squares start decodes a picture that it was not fitted on") {
+  Fixture f;
+  std::vector<float> samples, colours;
+  for (const char* name : {"mosaic.jpg", "woodblock.jpg", "cubist.jpg", "pointillism.jpg"}) {
+    const cv::Mat shown = picture(name, 128, 128);
+    const std::vector<float> seen = f.features(shown);
+    cv::Mat small;
+    cv::resize(shown, small, {}, 0.25, 0.25, cv::INTER_AREA);
+    samples.insert(samples.end(), seen.begin(), seen.end());
+    colours.insert(colours.end(), values_of(small).begin(), values_of(small).end());
+  }
+  const double before = start_read_out(f.store, f.stylizer, f.initializer, samples, colours);
+  CHECK(-10 * std::log10(before) > 20);
+  const cv::Mat other = picture("impasto.jpg", 96, 96);
+  CHECK(psnr(f.reconstruct(other), values_of(other)) > 17);
+}
+
+TEST_CASE("stylizer: tiles do not show, whatever the frame's size; strength 0 is the reconstruction") {
+  Fixture f;
+  load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
+  const cv::Mat shown = picture("cubist.jpg", 64, 80), style = read_image(asset_path("styles/impasto.jpg"));
+  const std::vector<float> features = f.features(shown);
+  const auto stylise = [&](int tile, int height, int width, double strength) {
+    const cv::Mat part = shown(cv::Rect(0, 0, width, height)).clone();
+    const RenderedFrame frame{features, values_of(part)};
+    FrameStylizer stylizer(f.device, f.stylizer, f.vgg, height, width, {.tile = tile, .tokens = 64});
+    stylizer.set_style(style, {&frame, 1});
+    return stylizer.stylise(frame, strength);
+  };
+  CHECK(largest_difference(stylise(64, 64, 80, 1), stylise(7, 64, 80, 1)) < 1e-4);
+  CHECK(largest_difference(stylise(64, 61, 78, 1), stylise(6, 61, 78, 1)) < 1e-4);
+
+  std::vector<float> plain = f.reconstruct(shown);
+  for (float& value : plain) value = std::clamp(value, 0.0f, 1.0f);
+  CHECK(largest_difference(stylise(64, 64, 80, 0), plain) < 1e-4);
+}
+
+TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colours of a painting") {
+  Fixture f;
+  load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
+  const cv::Mat shown = picture("pointillism.jpg", 96, 96);
+  const std::vector<float> features = f.features(shown);
+  const RenderedFrame frame{features, values_of(shown)};
+  CHECK(psnr(f.reconstruct(shown), values_of(shown)) > 17);
+  FrameStylizer stylizer(f.device, f.stylizer, f.vgg, 96, 96, {.tokens = 256});
+  ColourStatistics before, after, goal;
+  before.add(values_of(shown));
+  const cv::Mat style = picture("woodblock.jpg", 128, 128);
+  goal.add(values_of(style));
+  stylizer.set_style(read_image(asset_path("styles/woodblock.jpg")), {&frame, 1});
+  after.add(stylizer.stylise(frame, 1));
+  CHECK((after.mean - goal.mean).norm() < 0.6 * (before.mean - goal.mean).norm());
+  CHECK(after.covariance.trace() > 0.3 * goal.covariance.trace());  // neither grey nor constant
+}
+
+TEST_CASE("stylizer: a file that does not fit is one clear line") {
+  Fixture f;
+  TensorFile file = save_stylizer(f.store, f.stylizer);
+  file.source = "made.safetensors";
+  file.tensors.erase("stylizer.psi0.weight");
+  CHECK_THROWS_WITH_AS(load_stylizer(f.store, f.stylizer, file), doctest::Contains("stylizer.psi0.weight"),
+                       Error);
+}
