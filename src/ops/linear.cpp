@@ -55,8 +55,11 @@ struct Linear final : Op {
       grads[0] = request.graph.record_one(Linear(Activation::none, !transposed),
                                           {grad, w, Value{}, pack_weights(w, !transposed)});
     if (request.needed[1]) grads[1] = transposed ? outer_sum(grad, x) : outer_sum(x, grad);
-    if (request.needed[2])
-      grads[2] = request.graph.reshape(sum_groups(grad, request.in[2].shape().rows()), request.in[2].shape());
+    if (request.needed[2]) {
+      const Shape& b = request.in[2].shape();
+      grads[2] = b.rank() > 1 && b.rows() == x.shape().rows() ? grad : sum_groups(grad, b.rows());
+      grads[2] = request.graph.reshape(grads[2], b);
+    }
     return grads;
   }
   double flops(const TensorTypes& in, const TensorTypes& out) const override {

@@ -11,6 +11,7 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   std::vector<HostTensor> in = {random.tensor({s[0], s[1]}), random.tensor({s[1], s[2]}),
                                 random.tensor({s[4], s[2]})};
   in[0].live_rows = s[3];
+  if (s[4] == s[0]) in[2].live_rows = s[3];
   return in;
 }
 
@@ -36,7 +37,8 @@ const Register registration(OpCase{
                    {{96, 13, 17, -1, 6}},
                    {{97, 39, 64, -1, 1}, {{"activation", "softplus"}}},
                    {{150, 20, 48, 101, 1}, {{"activation", "softplus"}}},
-                   {{700, 5, 3, 0, 1}}},
+                   {{700, 5, 3, 0, 1}},
+                   {{67, 5, 19, 41, 67}}},
     .inputs = inputs,
     .reference = reference,
     .benchmark = {{196608, 128, 128, -1, 1}},
