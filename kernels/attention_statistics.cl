@@ -1,7 +1,11 @@
 // attention_statistics: o [N, 2 C] holds A u and A u^2 of values u relative to `center` [C]:
 //   mean = A u + center,  deviation = sqrt(max(0, A u^2 - (A u)^2))
 // The gradient of the deviation is 0 where the deviation is 0. Kernels run over (vectors of channels, rows).
+//
+// A query that attends to a single key has A u^2 = u u exactly as rounded: the square below must be rounded in the same
+// way, and not be fused with the difference, for its deviation to be 0.
 #include "channels.clh"
+#pragma OPENCL FP_CONTRACT OFF
 
 KERNEL void attention_statistics(IN REAL* restrict o, IN REAL* restrict center, GLOBAL REAL* restrict mean,
                                  GLOBAL REAL* restrict deviation, int rows, int channels) {

@@ -8,11 +8,10 @@
 
 #include "graph_helpers.hpp"
 #include "io_helpers.hpp"
+#include "vgg19_helpers.hpp"
 #include "vivant/io/assets.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/safetensors.hpp"
-#include "vivant/ops/conv2d.hpp"
-#include "vivant/ops/max_pool2d.hpp"
 #include "vivant/ops/reduction.hpp"
 
 using namespace vivant;
@@ -21,12 +20,6 @@ namespace fs = std::filesystem;
 namespace {
 
 const std::vector<std::string> first_layers = {"relu1_1", "relu2_1", "relu3_1", "relu4_1", "relu5_1"};
-
-std::vector<float> to_unit(const std::uint8_t* pixels, std::size_t count) {
-  std::vector<float> image(count);
-  for (std::size_t i = 0; i < count; ++i) image[i] = static_cast<float>(pixels[i]) / 255.0f;
-  return image;
-}
 
 /// A smooth picture without a pattern that the pixel grid could favour.
 std::vector<float> waves(std::int64_t height, std::int64_t width) {
@@ -51,26 +44,6 @@ Statistics statistics(const std::vector<float>& x, std::size_t channels) {
     s.std[i % channels] += (x[i] - s.mean[i % channels]) * (x[i] - s.mean[i % channels]) / pixels;
   for (double& variance : s.std) variance = std::sqrt(variance);
   return s;
-}
-
-double relative_error(const std::vector<double>& got, const std::vector<double>& want) {
-  REQUIRE(got.size() == want.size());
-  double difference = 0, norm = 0;
-  for (std::size_t i = 0; i < got.size(); ++i) {
-    difference += (got[i] - want[i]) * (got[i] - want[i]);
-    norm += want[i] * want[i];
-  }
-  return std::sqrt(difference / norm);
-}
-
-/// [C, H, W] as [H, W, C].
-std::vector<double> channels_last(const HostTensor& tensor) {
-  const std::vector<double> values = tensor.as_doubles();
-  const std::size_t channels = tensor.shape[0], pixels = values.size() / channels;
-  std::vector<double> moved(values.size());
-  for (std::size_t c = 0; c < channels; ++c)
-    for (std::size_t p = 0; p < pixels; ++p) moved[p * channels + c] = values[c * pixels + p];
-  return moved;
 }
 
 bool present(const fs::path& path) {
@@ -137,21 +110,7 @@ TEST_CASE(
   const TensorFile file = read_safetensors(path);
   Graph graph;
   const Value image = graph.input("image", {128, 128, 3});
-  Value x = image;
-  for (const std::string layer : {"conv0_0", "conv1_1", "conv1_2", "conv2_1", "conv2_2", "conv3_1"}) {
-    const HostTensor& w = file.tensors.at(layer + ".weight");
-    const std::vector<double> oihw = w.as_doubles(), bias = file.tensors.at(layer + ".bias").as_doubles();
-    const std::int64_t out = w.shape[0], in = w.shape[1], side = w.shape[2];
-    std::vector<double> hwio(oihw.size());
-    for (std::int64_t o = 0; o < out; ++o)
-      for (std::int64_t i = 0; i < in; ++i)
-        for (std::int64_t tap = 0; tap < side * side; ++tap)
-          hwio[(tap * in + i) * out + o] = oihw[(o * in + i) * side * side + tap];
-    if (layer == "conv2_1" || layer == "conv3_1") x = max_pool2d(x);
-    x = conv2d(x, graph.constant({side, side, in, out}, std::span<const double>(hwio)),
-               graph.constant({out}, std::span<const double>(bias)), Padding::reflect,
-               side == 1 ? Activation::none : Activation::relu);
-  }
+  const Value x = published_encoder(file, image).at("relu3_1");
   const Vgg19 vgg(test_device());
   const Value ours = vgg.features(image, {"relu3_1"}).at("relu3_1");
   Run run(graph, {x, ours});
