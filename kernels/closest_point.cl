@@ -18,7 +18,8 @@ KERNEL void closest_point(IN REAL* restrict points, IN REAL* restrict vertices, 
   const Tree tree = tree_over(leaf_count);
   for (int i = first; i < end; ++i) {
     const Vector query = load3(points, i);
-    const int slot = closest_slot(bounds, leaves, &tree, query.x, query.y, query.z, max_distance);
+    REAL away;
+    const int slot = closest_slot(bounds, leaves, &tree, query.x, query.y, query.z, max_distance, &away);
     const int found = slot < 0 ? -1 : leaf_triangles[slot];
     Foot foot;
     foot.point = query;

@@ -159,6 +159,13 @@ void Device::fill(const Buffer& buffer, std::uint8_t byte) {
         "clEnqueueFillBuffer");
 }
 
+void Device::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
+                  std::size_t bytes) {
+  check(
+      clEnqueueCopyBuffer(queue(), from.get(), to.get(), from_offset, to_offset, bytes, 0, nullptr, nullptr),
+      "clEnqueueCopyBuffer");
+}
+
 void Device::finish() { check(clFinish(queue()), "clFinish"); }
 
 cl_program Device::program(const std::string& file, const std::string& options) {

@@ -72,6 +72,9 @@ class Device {
   void write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);
   void read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
   void fill(const Buffer& buffer, std::uint8_t byte);
+  /// Copies on the device; returns at once.
+  void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
+            std::size_t bytes);
   void finish();
 
   /// A fresh kernel object of `file` (a name in kernels/) compiled with `options`. Programs come from memory,
