@@ -1,60 +1,6 @@
-// triplane_sample: bilinear samples of three planes at points, multiplied or added.
+// triplane_sample: bilinear samples of three planes (triplane.clh) at points, multiplied or added.
 //   planes [3,H,W,C]  points [N,3]  ->  y [N,C]
-//
-//   plane 0 xy: column x, row y        texels of a sample, with weights (1-fu)(1-fv) ... fu fv:
-//   plane 1 xz: column x, row z           0 --fu-- 1
-//   plane 2 yz: column y, row z           fv       |     u = (x+1)/2 W - 0.5, clamped to [0, W-1]
-//                                         2 ------ 3
-#include "lanes.clh"
-#define PRODUCT 0
-#define SUM 1
-#ifndef COMBINE
-#define COMBINE PRODUCT
-#endif
-#define FOR_PLANES UNROLL for (int p = 0; p < 3; ++p)
-
-typedef struct {
-  int texel[4];  // offsets into the planes
-  REAL fu, fv;  // position between the texels
-  REAL su, sv;  // d column / d coordinate and d row / d coordinate: 0 where clamped
-} Footprint;
-
-// The position along one axis of `extent` pixels: its lower pixel; *fraction and *slope.
-inline int axis_position(REAL coordinate, int extent, REAL* fraction, REAL* slope) {
-  const REAL scale = (REAL)0.5 * extent, u = (coordinate + 1) * scale - (REAL)0.5;
-  const REAL clamped = fmin(fmax(u, (REAL)0), (REAL)(extent - 1));
-  const int lower = min((int)clamped, max(extent - 2, 0));
-  *fraction = clamped - lower;
-  *slope = u == clamped ? scale : 0;
-  return lower;
-}
-
-inline Footprint footprint(int plane, IN REAL* point, int height, int width) {
-  Footprint f;
-  const int u = axis_position(point[plane == 2], width, &f.fu, &f.su);
-  const int v = axis_position(point[plane == 0 ? 1 : 2], height, &f.fv, &f.sv);
-  const int right = width > 1 ? CHANNELS : 0, down = height > 1 ? width * CHANNELS : 0;
-  f.texel[0] = ((plane * height + v) * width + u) * CHANNELS;
-  f.texel[1] = f.texel[0] + right;
-  f.texel[2] = f.texel[0] + down;
-  f.texel[3] = f.texel[2] + right;
-  return f;
-}
-
-inline LANE bilinear(IN REAL* planes, const Footprint* f) {
-  const LANE upper = LOAD(planes + f->texel[0]) * (1 - f->fu) + LOAD(planes + f->texel[1]) * f->fu;
-  const LANE lower = LOAD(planes + f->texel[2]) * (1 - f->fu) + LOAD(planes + f->texel[3]) * f->fu;
-  return upper * (1 - f->fv) + lower * f->fv;
-}
-
-// d y / d sample_p
-inline LANE others(const LANE* sample, int p) {
-#if COMBINE == PRODUCT
-  return sample[p == 0 ? 1 : 0] * sample[p == 2 ? 1 : 2];
-#else
-  return (LANE)(1);
-#endif
-}
+#include "triplane.clh"
 
 KERNEL void triplane_sample(IN REAL* restrict planes, IN REAL* restrict points, GLOBAL REAL* restrict y, int capacity,
                             int height, int width, int block, IN int* count) {

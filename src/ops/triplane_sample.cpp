@@ -1,5 +1,6 @@
 #include "ops/lanes.hpp"
 #include "ops/partials.hpp"
+#include "ops/sort.hpp"
 #include "vivant/ops/registry.hpp"
 #include "vivant/ops/triplane.hpp"
 
@@ -26,12 +27,19 @@ struct PlanesGradient final : Op {
   PlanesGradient(Combine combine, int partitions) : combine(combine), partitions(partitions) {}
   std::string_view name() const override { return "triplane_planes_gradient"; }
   TensorTypes infer(const TensorTypes& in) const override { return {{DType::real, in[0].shape}}; }
+  /// What the sort takes (GPU), and the sums of the partitions (CPU) or of the cells' four texels (GPU).
   TensorTypes workspaces(const TensorTypes& in) const override {
-    return {{DType::real, {partitions, in[0].shape.elements()}}};
+    TensorTypes types = sort_workspaces(3, in[1].shape[0]);
+    types.push_back({DType::real, {std::max(partitions, 4), in[0].shape.elements()}});
+    return types;
   }
   bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
-    const Tensor &planes = launch.in(0), &points = launch.in(1), &sums = launch.workspace();
+    launch.gpu() ? add_by_cell(launch) : add_by_partition(launch);
+  }
+
+  void add_by_partition(Launch& launch) const {
+    const Tensor &planes = launch.in(0), &points = launch.in(1), &sums = launch.workspace(sums_workspace);
     const auto vectors = static_cast<std::size_t>(lanes_of(launch).vectors());
     kernel(launch, "triplane_planes_gradient", combine)
         .args(planes, points, launch.in(2), sums, points.rows(), planes[1], planes[2], partitions,
@@ -39,6 +47,27 @@ struct PlanesGradient final : Op {
         .run({vectors, static_cast<std::size_t>(partitions), 1}, {1, 1, 1});
     reduce_partials(launch, sums, launch.out(), partitions, planes.elements());
   }
+  void add_by_cell(Launch& launch) const {
+    const Tensor &planes = launch.in(0), &points = launch.in(1), &sums = launch.workspace(sums_workspace);
+    const std::int64_t height = planes[1], width = planes[2], cells = height * width;
+    const Lanes lanes = lanes_of(launch);
+    const auto vectors = static_cast<std::size_t>(lanes.vectors());
+    const auto scatter_kernel = [&](const std::string& function) {
+      return launch.kernel("triplane_scatter.cl", function,
+                           lanes.defines({{"COMBINE", static_cast<int>(combine)}}));
+    };
+    scatter_kernel("triplane_cells")
+        .args(points, launch.workspace(0), points.rows(), height, width, launch.count_of(points))
+        .run({static_cast<std::size_t>(points.rows()), 1, 1}, {64, 1, 1});
+    const Sorted sorted = sort(launch, 0, cells + 1);
+    scatter_kernel("triplane_cell_sums")
+        .args(planes, points, launch.in(2), sorted.keys, sorted.places, sums, points.rows(), height, width)
+        .run({vectors, static_cast<std::size_t>(cells), 3}, lanes.group());
+    scatter_kernel("triplane_texels")
+        .args(sums, launch.out(), height, width)
+        .run({vectors, static_cast<std::size_t>(width), static_cast<std::size_t>(3 * height)}, lanes.group());
+  }
+  static constexpr int sums_workspace = 5;
   const Combine combine;
   const int partitions;
 };

@@ -76,10 +76,10 @@ double elements(const Variation& v) { return static_cast<double>(v.sizes[0] * v.
 const Register registration(OpCase{
     .op = "triplane_sample",
     .variations = {{{1, 1, 1, 16, -1, 0}},
-                   {{97, 7, 12, 16, -1, 0}},
+                   {{97, 17, 20, 16, -1, 0}},
                    {{65, 5, 5, 16, 33, 0}, {{"partitions", 3}}},
                    {{40, 4, 6, 5, -1, 0}, {{"combine", "sum"}}},
-                   {{130, 9, 8, 32, -1, 1}}},
+                   {{530, 9, 8, 32, -1, 1}}},
     .inputs = inputs,
     .reference = reference,
     .benchmark = {{524288, 128, 128, 32, -1, 1}},
