@@ -33,11 +33,11 @@ TEST_CASE("config: flag over file over preset") {
   CHECK(config.scene.unet_rate == 2e-3);
   CHECK(config.scene.samples == demo.scene.samples);
   CHECK(config.human.unet_widths == std::vector<std::int64_t>{16, 32});
-  config = parse_config("quality", file, "run.toml", {"scene.planes=vanilla", "scene.far_shell=true"});
+  config = parse_config("quality", file, "run.toml", {"scene.planes=vanilla", "scene.grow_planes=false"});
   CHECK(config.preset == "quality");
   CHECK(config.scene.steps == preset_config("quality").scene.steps);
   CHECK(config.scene.planes == "vanilla");
-  CHECK(config.scene.far_shell);
+  CHECK_FALSE(config.scene.grow_planes);
   CHECK(parse_config("", "", "") == standard);
 }
 
@@ -63,7 +63,7 @@ TEST_CASE("config: what is written reads back, for every preset and every key") 
         CHECK(key.lowest <= **real);
         CHECK(**real <= key.highest);
         **real += (key.highest - **real) * 1e-3 / 3;
-        if (key.name == "scene.near" || key.name == "scene.shell_near") continue;  // bound by their far ends
+        if (key.name == "scene.near") continue;  // bound by its far end
       } else if (auto* const* flag = std::get_if<bool*>(&setting)) {
         **flag = !**flag;
       } else if (auto* const* choice = std::get_if<std::string*>(&setting)) {
@@ -90,12 +90,12 @@ TEST_CASE("config: values of another type or out of range are refused") {
   CHECK(contains(refusal("[scene]\nplane_size = \"64\"\n"), "must be a whole number"));
   CHECK(contains(refusal("[scene]\nplane_size = 72\n"), "multiple of 16, it is 72"));
   CHECK(contains(refusal("[scene]\nunet_rate = nan\n"), "must be a number from 0 to 1, not nan"));
-  CHECK(contains(refusal("[scene]\nfar_shell = 1\n"), "must be true or false"));
+  CHECK(contains(refusal("[scene]\ngrow_planes = 1\n"), "must be true or false"));
   CHECK(contains(refusal("[scene]\nplanes = \"round\"\n"), "one of: full occupied vanilla"));
   CHECK(contains(refusal("[scene]\nplanes = \"full|occupied\"\n"), "one of"));
   CHECK(contains(refusal("[scene]\nunet_widths = []\n"), "list of whole numbers"));
   CHECK(contains(refusal("[scene]\nunet_widths = [32, \"x\"]\n"), "list of whole numbers"));
-  CHECK(contains(refusal("[scene]\nnear = 30\n"), "scene.near must be smaller"));
+  CHECK(contains(refusal("[scene]\nnear = 30\nfar = 20\n"), "scene.near must be smaller"));
   CHECK(contains(refusal("[scene\n"), "run.toml line 1: broken TOML"));
   CHECK(contains(refusal("preset = \"best\"\n"), "no preset 'best': use demo, standard, quality"));
   CHECK(contains(refusal("preset = 3\n"), "preset must be"));

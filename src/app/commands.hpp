@@ -18,5 +18,6 @@ void add_synth(CLI::App& app, const Globals& globals);
 void add_devices(CLI::App& app, const Globals& globals);
 void add_op(CLI::App& app, const Globals& globals);
 void add_bench(CLI::App& app, const Globals& globals);
+void add_train(CLI::App& app, const Globals& globals);
 
 }  // namespace vivant::app

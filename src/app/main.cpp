@@ -42,6 +42,7 @@ void add_global_options(CLI::App& app, vivant::app::Globals& globals) {
          [&globals](const std::string& name) { globals.progress = vivant::progress_mode_from(name); },
          "how long work shows its progress; auto: a bar on a terminal, else none")
       ->type_name("auto|bar|json|none");
+  app.add_flag("--profile", globals.device.profile, "time every kernel and print the totals at the end");
   app.add_flag("--verbose", globals.verbose, "say more, such as which kernels are compiled")
       ->each([](const std::string&) { setenv("VIVANT_VERBOSE", "1", 1); });
 }
@@ -61,6 +62,7 @@ int run(int argc, char** argv) {
   vivant::app::add_devices(app, globals);
   vivant::app::add_op(app, globals);
   vivant::app::add_bench(app, globals);
+  vivant::app::add_train(app, globals);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

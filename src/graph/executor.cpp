@@ -26,18 +26,31 @@ Executor::~Executor() {
   if (state_) clFinish(state_->device.queue());
 }
 
-void Executor::set(Value scalar, double number) {
-  const Buffer& buffer = state_->memory_of(scalar.id);
-  const auto fill = [&](const auto& pattern) {
-    check(clEnqueueFillBuffer(state_->device.queue(), buffer.get(), &pattern, sizeof(pattern), 0,
-                              sizeof(pattern), 0, nullptr, nullptr),
-          "clEnqueueFillBuffer");
+void Executor::set(Value input, std::span<const double> numbers) {
+  if (input.elements() != static_cast<std::int64_t>(numbers.size()))
+    fail("[set] {} takes {} numbers, not {}", input.shape().text(), input.elements(), numbers.size());
+  std::vector<std::uint8_t> pattern;
+  const auto append = [&](auto number) {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&number);
+    pattern.insert(pattern.end(), bytes, bytes + sizeof(number));
   };
-  if (scalar.elements() != 1) fail("[set] {} is not a scalar", scalar.shape().text());
-  if (scalar.dtype() == DType::i32) return fill(static_cast<cl_int>(number));
-  if (state_->options.precision == Precision::double_) return fill(number);
-  fill(static_cast<cl_float>(number));
+  for (const double number : numbers) {
+    if (input.dtype() == DType::i32)
+      append(static_cast<cl_int>(number));
+    else if (state_->options.precision == Precision::double_)
+      append(number);
+    else
+      append(static_cast<cl_float>(number));
+  }
+  // The driver copies a fill's pattern at once, so that nothing here has to wait or outlive the call.
+  if (pattern.size() > 128 || (pattern.size() & (pattern.size() - 1)) != 0)
+    fail("[set] {} numbers cannot be set at once: 1, 2, 4, 8 or 16 can", numbers.size());
+  check(clEnqueueFillBuffer(state_->device.queue(), state_->memory_of(input.id).get(), pattern.data(),
+                            pattern.size(), 0, pattern.size(), 0, nullptr, nullptr),
+        "clEnqueueFillBuffer");
 }
+
+void Executor::set(Value scalar, double number) { set(scalar, std::span<const double>(&number, 1)); }
 
 namespace {
 

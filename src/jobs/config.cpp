@@ -151,9 +151,8 @@ std::string preset_of(const toml::table& table, const std::string& source) {
 
 /// What no single key can tell.
 void check_together(const Config& config) {
-  if (config.scene.near >= config.scene.far) refuse("scene.near must be smaller than scene.far");
-  if (config.scene.shell_near >= config.scene.shell_far)
-    refuse("scene.shell_near must be smaller than scene.shell_far");
+  if (config.scene.far > 0 && config.scene.near >= config.scene.far)
+    refuse("scene.near must be smaller than scene.far");
   for (const auto& [name, side] :
        {std::pair("scene", config.scene.plane_size), std::pair("human", config.human.plane_size)})
     if (side % 16 != 0) refuse("{}.plane_size must be a multiple of 16, it is {}", name, side);

@@ -46,6 +46,7 @@ double person_distance(const Capture& capture) {
 }
 
 void set_shell(SceneSpace& space, const Capture& capture) {
+  space.shell = true;
   const double person = person_distance(capture);
   space.near = person > 0 ? 1.3 * person + 2 : 20;
   space.far = 1.3 * space.near;

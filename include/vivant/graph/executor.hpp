@@ -32,8 +32,9 @@ class Executor {
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  /// Sets an input [1] without waiting for the device.
+  /// Sets a small input of 1, 2, 4, 8 or 16 numbers without waiting for the device.
   void set(Value scalar, double number);
+  void set(Value input, std::span<const double> numbers);
   /// Writes an input or a value in external memory. Real tensors take float or double, whatever the
   /// precision.
   void write(Value input, std::span<const float> data);

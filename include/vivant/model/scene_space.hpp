@@ -10,6 +10,7 @@ struct SceneSpace {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Vector3d radius =
       Eigen::Vector3d::Ones();  ///< half the extent of the (uncontracted) space on each axis
+  bool shell = false;           ///< a thin far shell: no depth can be seen
   bool contracted = false;      ///< points beyond the radius are pulled into the outer half of the planes
   double near = 0.1, far = 10;
   bool inverse_depth = false;  ///< samples evenly spread in 1 / depth

@@ -5,6 +5,7 @@ namespace vivant {
 
 struct Compacted {
   Value ids;       ///< i32 [capacity]: ascending indices; -1 behind the last
+  Value rows;      ///< i32 [capacity]: the row of each in a weight [rows, channels]; -1 behind the last
   Value count;     ///< i32 [1]: how many there are, at most the capacity
   Value overflow;  ///< i32 [1]: 1 when there were more than the capacity, so that the step must be repeated
                    ///< with more

@@ -1,0 +1,28 @@
+#pragma once
+#include <memory>
+
+#include "vivant/data/capture.hpp"
+#include "vivant/io/checkpoint.hpp"
+#include "vivant/jobs/config.hpp"
+#include "vivant/model/scene_model.hpp"
+
+namespace vivant {
+
+/// All that is trained for a capture: the fields of scene and person and the stylizer, with their parameters
+/// in one store. Made from configuration and capture alone, so that a run's folder is enough to make it
+/// again.
+class CaptureModel {
+ public:
+  CaptureModel(Device& device, const Config& config, const Capture& capture);
+
+  Device& device() { return device_; }
+  ParameterStore& store() { return store_; }
+  const SceneModel& scene() const { return *scene_; }
+
+ private:
+  Device& device_;
+  ParameterStore store_;
+  std::unique_ptr<SceneModel> scene_;
+};
+
+}  // namespace vivant

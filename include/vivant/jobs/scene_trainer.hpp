@@ -1,0 +1,51 @@
+#pragma once
+#include <memory>
+
+#include "vivant/graph/executor.hpp"
+#include "vivant/jobs/stage.hpp"
+#include "vivant/model/device_capture.hpp"
+#include "vivant/model/scene_model.hpp"
+#include "vivant/nn/optimizer.hpp"
+
+namespace vivant {
+
+/// Trains the scene field on the pixels outside of the person (specification 4, stage 1): mean squared error
+/// of random pixels, several ray batches per pass of the U-Nets.
+class SceneTrainer final : public StageTrainer {
+ public:
+  SceneTrainer(Device& device, const Config& config, const Capture& capture, const DeviceCapture& data,
+               ParameterStore& store, const SceneModel& model);
+
+  std::int64_t steps() const override { return config_.scene.steps; }
+  void run(std::int64_t step) override;
+  StepReport report(std::int64_t step) override;
+  std::string failure() override;
+  void diagnose() override { phase().executor->run_checked(); }
+  void preview(const std::filesystem::path& folder, const std::string& stem) override;
+  const Executor& executor() const override { return *phase_->executor; }
+
+ private:
+  /// Steps with one size of the planes: small planes learn fastest at first.
+  struct Phase {
+    std::int64_t first_step = 0, plane_size = 0;
+    Graph graph;
+    Value seed, step, loss;
+    std::unique_ptr<Optimizer> optimizer;
+    std::unique_ptr<Executor> executor;
+  };
+  void begin_phase(std::int64_t step);
+  Phase& phase() { return *phase_; }
+  Value batch_loss(Graph& graph, Value planes, int batch);
+
+  Device& device_;
+  const Config& config_;
+  const Capture& capture_;
+  const DeviceCapture& data_;
+  ParameterStore& store_;
+  const SceneModel& model_;
+  std::shared_ptr<Buffer> pixels_;
+  std::int64_t pixel_count_ = 0, reported_step_ = -1;
+  std::unique_ptr<Phase> phase_;
+};
+
+}  // namespace vivant

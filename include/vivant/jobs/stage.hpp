@@ -1,0 +1,56 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "vivant/graph/executor.hpp"
+#include "vivant/io/checkpoint.hpp"
+#include "vivant/jobs/config.hpp"
+#include "vivant/jobs/progress.hpp"
+#include "vivant/jobs/run_folder.hpp"
+#include "vivant/nn/parameters.hpp"
+
+namespace vivant {
+
+/// One stage of the training as the loop sees it: steps that are enqueued one by one, and what can be said of
+/// them.
+class StageTrainer {
+ public:
+  virtual ~StageTrainer() = default;
+  virtual std::int64_t steps() const = 0;
+  /// Enqueues step `step` (from 0); does not wait.
+  virtual void run(std::int64_t step) = 0;
+  /// Waits, and says what the last step gave.
+  virtual StepReport report(std::int64_t step) = 0;
+  /// What went wrong since the start, empty when nothing did. After a failure the parameters stay those of
+  /// the last good step.
+  virtual std::string failure() = 0;
+  /// Runs the last step again op by op and throws an Error that names the first op that gave no finite
+  /// number.
+  virtual void diagnose() = 0;
+  /// The graph of the last step, for plans and drawings.
+  virtual const Executor& executor() const = 0;
+  /// Writes a picture of the state, with the given stem, into `folder`.
+  virtual void preview(const std::filesystem::path& folder, const std::string& stem) = 0;
+};
+
+/// Where a training run stands, and how it is saved.
+struct TrainingState {
+  const RunFolder& run;
+  const Config& config;
+  Device& device;
+  ParameterStore& store;
+  std::int64_t steps_before = 0;  ///< of the stages before this one: checkpoints are numbered over all stages
+};
+
+void save_training(const TrainingState& state, const std::string& stage, std::int64_t step);
+/// Puts parameters and moments of a checkpoint back.
+void restore_training(const Checkpoint& checkpoint, ParameterStore& store);
+
+/// Runs a stage from step `first` to its end: reports, previews, checkpoints. Ctrl-C saves and throws
+/// Interrupted; a number that is not finite saves the last good state and throws Error naming the op.
+void run_stage(const TrainingState& state, const std::string& stage, StageTrainer& trainer,
+               std::int64_t first, Progress& progress);
+
+}  // namespace vivant

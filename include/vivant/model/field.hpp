@@ -1,0 +1,104 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vivant/nn/unet.hpp"
+#include "vivant/ops/triplane.hpp"
+
+namespace vivant {
+
+/// Where the features of a field's points come from (specification 1 and its ablations).
+enum class Encoding {
+  full,      ///< tri-planes from U-Nets on the encoded voxels of the whole box: the paper
+  occupied,  ///< the same, the voxels near sparse points or the body's surface alone
+  vanilla,   ///< tri-planes optimised directly
+  mlp        ///< no planes: the original NeRF's perceptron on encoded points
+};
+
+std::string_view name_of(Encoding encoding);
+/// Throws UsageError for an unknown name.
+Encoding encoding_from(const std::string& name);
+
+struct FieldOptions {
+  Encoding encoding = Encoding::full;
+  Combine combine = Combine::product;
+  std::int64_t plane_size = 128;  ///< H_p = W_p, a multiple of 2^(levels - 1)
+  std::int64_t channels = 32;     ///< C of the planes
+  std::vector<std::int64_t> unet_widths = {32, 64, 128, 256};
+  int position_frequencies = 6;   ///< L of gamma_v
+  int direction_frequencies = 4;  ///< L of gamma_d; 0: no view dependence
+  Activation density_activation = Activation::truncated_exp;
+  double density_bias = -1.5;
+  int mlp_layers = 8, mlp_width = 256;  ///< for Encoding::mlp
+};
+
+/// Learning-rate groups of a model's parameters.
+enum ParameterGroup : int {
+  group_planes = 0,
+  group_heads = 1,
+  group_codes = 2,
+  group_style = 3,
+  group_count = 4
+};
+
+/// A radiance field on geometry-guided tri-planes (specification 1 and 2): points in [-1, 1]^3 to density and
+/// to 128 hidden units, which are rendered before the last linear layer is applied (render, then project:
+/// exact, since that layer is linear and its bias is multiplied by the accumulated alpha).
+///
+/// Parameters: `<name>.unet_xy|xz|yz...` or `<name>.planes`, `<name>.density`, `<name>.hidden`,
+/// `<name>.direction`,
+/// `<name>.colour`, `<name>.feature`.
+class Field {
+ public:
+  static constexpr std::int64_t hidden_width = 128;
+  static constexpr std::int64_t feature_width = 256;
+
+  /// `occupied_points`: points in [-1, 1]^3, needed by Encoding::occupied alone.
+  Field(Device& device, ParameterStore& store, const Initializer& initializer, std::string name,
+        const FieldOptions& options, std::vector<float> occupied_points = {});
+
+  /// The planes [3, size, size, C]; an absent value for Encoding::mlp. They depend on the parameters alone:
+  /// baked when rendering. `size` is 0 for the options' plane_size, or another that the U-Nets can take:
+  /// training starts with small planes, which learn fastest at first.
+  Value planes(Graph& graph, std::int64_t size = 0) const;
+  /// Features of points [N, 3] -> [N, C].
+  Value features(Graph& graph, Value planes, Value points) const;
+  /// Density before the activation, [N, 1].
+  Value density_logit(Graph& graph, Value features) const;
+  Value density(Graph& graph, Value features) const {
+    return activate(density_logit(graph, features), options_.density_activation);
+  }
+  /// The term of the hidden layer that depends on the direction: directions [R, 3] -> [R, 128]. For all
+  /// samples of a ray.
+  Value direction_term(Graph& graph, Value directions) const;
+  /// relu(features W + term): [N, 128]; row g of the term [G, 128] serves N / G neighbouring rows. Absent:
+  /// the bias alone.
+  Value hidden(Graph& graph, Value features, Value direction_term) const;
+  Value hidden_weight(Graph& graph) const;
+  /// Rendered hidden units [R, 128] and alpha [R, 1] -> colours [R, 3] or features [R, 256].
+  Value colour(Graph& graph, Value hidden, Value alpha) const;
+  Value feature(Graph& graph, Value hidden, Value alpha) const;
+
+  const FieldOptions& options() const { return options_; }
+  const std::string& name() const { return name_; }
+
+ private:
+  Value project(Graph& graph, const LinearLayer& layer, Value hidden, Value alpha) const;
+
+  /// The encoded voxels of planes of this size, computed once, as a value [size, size, D] of plane `index`.
+  Value plane_input(Graph& graph, std::int64_t size, int index) const;
+
+  Device* device_;
+  ParameterStore* store_;
+  std::string name_;
+  FieldOptions options_;
+  std::vector<float> occupied_points_;
+  mutable std::map<std::int64_t, std::shared_ptr<Buffer>> plane_inputs_;  // by size, [3, size, size, D]
+  std::vector<UNet> unets_;
+  std::vector<LinearLayer> trunk_;  // Encoding::mlp
+  std::vector<LinearLayer> heads_;  // density, hidden, direction, colour, feature
+};
+
+}  // namespace vivant

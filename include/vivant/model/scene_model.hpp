@@ -1,0 +1,52 @@
+#pragma once
+#include "vivant/model/field.hpp"
+#include "vivant/model/scene_space.hpp"
+#include "vivant/ops/rays.hpp"
+
+namespace vivant {
+
+/// The samples of a batch of rays in one field, before rendering.
+struct FieldSamples {
+  Value depths, deltas;  ///< [R, S] along the unit directions, in the capture's unit
+  Value density;         ///< [R, S]
+  Value features;        ///< [R S, C] of the planes
+  Value term;            ///< [R, 128], the view direction's part of the hidden layer
+};
+
+/// What rays see: hidden units and alpha give colours and features by Field::colour and Field::feature.
+struct RenderedRays {
+  Value hidden;  ///< [R, 128]
+  Value alpha;   ///< [R, 1]
+  Value depth;   ///< [R, 1], expected depth
+  Value weight;  ///< [R, S]
+};
+
+/// The background: a radiance field in the space of a capture.
+class SceneModel {
+ public:
+  SceneModel(Device& device, ParameterStore& store, const Initializer& initializer,
+             const FieldOptions& options, const SceneSpace& space, int samples,
+             std::vector<float> occupied_points = {});
+
+  const Field& field() const { return field_; }
+  const SceneSpace& space() const { return space_; }
+
+  /// Stratified samples on rays, jittered with `random` (absent: their midpoints), and what the field says of
+  /// them.
+  FieldSamples sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const;
+  /// The hidden units of the samples, [R S, 128].
+  Value hidden(Graph& graph, const FieldSamples& samples) const;
+  /// Samples rendered on their own. Samples that weigh less than `threshold` are left out, with 0 none: with
+  /// 1e-4 and 128 samples at most 0.0128 of a hidden unit's largest value is lost.
+  RenderedRays render(Graph& graph, const FieldSamples& samples, double threshold = 0) const;
+
+ private:
+  Field field_;
+  SceneSpace space_;
+  int samples_;
+};
+
+/// Points of a capture in the coordinates of its space, [P, 3], for Encoding::occupied.
+std::vector<float> occupied_points(const SceneSpace& space, const PointCloud& points);
+
+}  // namespace vivant

@@ -1,0 +1,48 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vivant/data/camera.hpp"
+#include "vivant/graph/executor.hpp"
+#include "vivant/model/scene_model.hpp"
+
+namespace vivant {
+
+/// A rendered picture: linear outputs of the fields, not clamped.
+struct RenderedView {
+  int width = 0, height = 0;
+  std::vector<float> rgb;    ///< [H, W, 3]
+  std::vector<float> alpha;  ///< [H, W]
+  std::vector<float> depth;  ///< [H, W], expected depth along the ray; 0 where alpha is 0
+
+  /// CV_8UC3 RGB, clamped and rounded.
+  cv::Mat rgb8() const;
+};
+
+/// Renders the background from any camera: planes are baked once, then rays go through in tiles of one size.
+class SceneRenderer {
+ public:
+  struct Options {
+    std::int64_t tile_rays = 4096;
+    double weight_threshold = 1e-4;  ///< samples that weigh less are left out; 0: none
+  };
+  SceneRenderer(Device& device, const SceneModel& scene, Options options);
+  RenderedView render(const Camera& camera);
+
+ private:
+  void build(int width, int height);
+
+  Device& device_;
+  const SceneModel& scene_;
+  Options options_;
+  std::shared_ptr<Buffer> planes_;
+  Shape planes_shape_;
+  int width_ = 0, height_ = 0;  // of the graph below
+  std::unique_ptr<Graph> graph_;
+  Value camera_, pixels_, rgb_, alpha_, depth_, overflow_;
+  std::unique_ptr<Executor> executor_;
+};
+
+}  // namespace vivant

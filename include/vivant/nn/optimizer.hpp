@@ -1,0 +1,42 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vivant/graph/executor.hpp"
+#include "vivant/nn/parameters.hpp"
+#include "vivant/ops/adam.hpp"
+
+namespace vivant {
+
+/// Adam over some of a store's parameters, as the last nodes of a training graph. The gradients of all
+/// trained parameters go into the store's gradient buffer, and one launch updates everything.
+class Optimizer {
+ public:
+  struct Options {
+    std::vector<std::string> trained;  ///< prefixes of the names that are trained; the rest is frozen
+    int groups = 1;                    ///< learning rates
+    AdamOptions adam = {};
+  };
+  /// `names[i]` has the gradient `gradients[i]`; together they must be all trained parameters.
+  Optimizer(Device& device, Graph& graph, ParameterStore& store, const std::vector<std::string>& names,
+            const Values& gradients, Value loss, const Options& options);
+
+  /// Sets what one step needs: its number, 1 first, and the learning rate of each group.
+  void set_step(Executor& executor, std::int64_t step, const std::vector<double>& rates);
+
+  /// What went wrong since the start: empty, or which quantity was not finite at which step. Waits for the
+  /// device.
+  std::string failure(Executor& executor);
+
+ private:
+  ParameterStore& store_;
+  Value step_, rates_, status_;
+  std::shared_ptr<Buffer> status_buffer_, group_buffer_;
+};
+
+/// The rate at `step` (from 0) of `steps`: a linear warm-up, then an exponential decay to `decay` times the
+/// base.
+double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay);
+
+}  // namespace vivant

@@ -1,0 +1,136 @@
+#include "vivant/jobs/scene_trainer.hpp"
+
+#include <cmath>
+
+#include "vivant/io/image.hpp"
+#include "vivant/model/view_renderer.hpp"
+#include "vivant/ops/gather.hpp"
+#include "vivant/ops/loss.hpp"
+#include "vivant/ops/random.hpp"
+
+namespace vivant {
+namespace {
+
+/// The planes' size at a step: a quarter of the way each at a quarter and at half of the final size.
+std::int64_t plane_size_at(const Config& config, const SceneModel& model, std::int64_t step) {
+  const FieldOptions& options = model.field().options();
+  const bool fixed = options.encoding == Encoding::vanilla || options.encoding == Encoding::mlp;
+  const std::int64_t smallest = std::min<std::int64_t>(64, options.plane_size);
+  if (fixed || !config.scene.grow_planes) return options.plane_size;
+  const double done = static_cast<double>(step) / static_cast<double>(config.scene.steps);
+  const std::int64_t divisor = done < 0.25 ? 4 : done < 0.5 ? 2 : 1;
+  return std::max(smallest, options.plane_size / divisor);
+}
+
+}  // namespace
+
+SceneTrainer::SceneTrainer(Device& device, const Config& config, const Capture& capture,
+                           const DeviceCapture& data, ParameterStore& store, const SceneModel& model)
+    : device_(device), config_(config), capture_(capture), data_(data), store_(store), model_(model) {
+  const std::vector<std::int32_t> pixels =
+      background_pixels(capture, data.frames(), config.scene.mask_dilation);
+  pixel_count_ = static_cast<std::int64_t>(pixels.size());
+  pixels_ = std::make_shared<Buffer>(device.allocate(pixels.size() * sizeof(std::int32_t)));
+  device.write(*pixels_, pixels.data(), pixels.size() * sizeof(std::int32_t));
+}
+
+Value SceneTrainer::batch_loss(Graph& graph, Value planes, int batch) {
+  const Graph::Scope scope(graph, fmt::format("batch{}", batch));
+  const Value list = graph.named("background pixels", [&] {
+    return graph.external("background pixels", {DType::i32, {pixel_count_}}, {pixels_, 0});
+  });
+  const RandomKey pixels_key{phase().seed, phase().step, 2 * batch},
+      jitter_key{phase().seed, phase().step, 2 * batch + 1};
+  const Value ids = pick(list, config_.scene.rays, pixels_key);
+  const Rays rays = ray_generation(data_.cameras(graph), ids, data_.width(), data_.height());
+  const FieldSamples samples = model_.sample(graph, planes, rays, &jitter_key);
+  const RenderedRays rendered = model_.render(graph, samples);
+  return l2_loss(model_.field().colour(graph, rendered.hidden, rendered.alpha),
+                 image_gather(data_.images(graph), ids));
+}
+
+void SceneTrainer::begin_phase(std::int64_t step) {
+  phase_ = std::make_unique<Phase>();
+  phase().plane_size = plane_size_at(config_, model_, step);
+  Graph& graph = phase().graph;
+  phase().seed = graph.scalar("seed", DType::i32);
+  phase().step = graph.scalar("random step", DType::i32);
+  std::vector<std::string> plane_names, head_names;
+  for (const ParameterStore::Parameter& parameter : store_.parameters()) {
+    if (!parameter.name.starts_with("scene.") || parameter.name.starts_with("scene.feature")) continue;
+    (parameter.group == group_planes ? plane_names : head_names).push_back(parameter.name);
+  }
+  const auto values = [&](const std::vector<std::string>& names) {
+    Values result;
+    for (const std::string& name : names) result.push_back(store_.value(graph, name));
+    return result;
+  };
+  // The ray batches' gradients gather on the planes; the U-Nets' backward pass then runs once.
+  const Value planes = model_.field().planes(graph, phase().plane_size);
+  Values wrt = values(head_names);
+  if (planes) wrt.push_back(planes);
+  Values sums;
+  const int batches = static_cast<int>(config_.scene.batches_per_step);
+  for (int batch = 0; batch < batches; ++batch) {
+    const Value loss = affine(batch_loss(graph, planes, batch), 1.0 / batches);
+    const Values gradients = differentiate(graph, loss, wrt);
+    for (std::size_t i = 0; i < wrt.size(); ++i)
+      batch == 0 ? sums.push_back(gradients[i]) : void(sums[i] = add(sums[i], gradients[i]));
+    phase().loss = batch == 0 ? loss : add(phase().loss, loss);
+  }
+  std::vector<std::string> names = head_names;
+  if (planes) {
+    const Value seed = sums.back();
+    sums.pop_back();
+    const Values plane_gradients = differentiate(graph, {planes}, {seed}, values(plane_names));
+    sums.insert(sums.end(), plane_gradients.begin(), plane_gradients.end());
+    names.insert(names.end(), plane_names.begin(), plane_names.end());
+  }
+  phase().optimizer = std::make_unique<Optimizer>(
+      device_, graph, store_, names, sums, phase().loss,
+      Optimizer::Options{
+          .trained = names,
+          .groups = group_count,
+          .adam = {.beta1 = config_.training.adam_beta1, .beta2 = config_.training.adam_beta2}});
+  phase().executor = std::make_unique<Executor>(device_, graph, Values{phase().loss});
+}
+
+void SceneTrainer::run(std::int64_t step) {
+  if (!phase_ || plane_size_at(config_, model_, step) != phase().plane_size) begin_phase(step);
+  const auto& scene = config_.scene;
+  const auto rate = [&](double base) {
+    return scheduled_rate(base, step, scene.steps, scene.warmup_steps, scene.rate_decay);
+  };
+  std::vector<double> rates(group_count, 0.0);
+  rates[group_planes] =
+      rate(model_.field().options().encoding == Encoding::vanilla ? scene.plane_rate : scene.unet_rate);
+  rates[group_heads] = rate(scene.head_rate);
+  if (reported_step_ < 0) reported_step_ = step;
+  Executor& executor = *phase().executor;
+  executor.set(phase().seed, static_cast<double>(config_.training.seed));
+  executor.set(phase().step, static_cast<double>(step));
+  phase().optimizer->set_step(executor, step + 1, rates);
+  executor.run();
+}
+
+StepReport SceneTrainer::report(std::int64_t step) {
+  StepReport report;
+  report.step = step;
+  report.loss = phase().executor->read(phase().loss)[0];
+  report.psnr = -10 * std::log10(std::max(1e-12, *report.loss));
+  report.rays =
+      static_cast<double>((step - reported_step_) * config_.scene.rays * config_.scene.batches_per_step);
+  reported_step_ = step;
+  return report;
+}
+
+std::string SceneTrainer::failure() { return phase().optimizer->failure(*phase().executor); }
+
+void SceneTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {
+  SceneRenderer renderer(device_, model_, {});
+  const std::vector<int> held_out = capture_.held_out_frames();
+  const CaptureFrame& frame = capture_.frames[held_out.empty() ? 0 : held_out.front()];
+  write_image(folder / (stem + ".png"), renderer.render(frame.camera).rgb8());
+}
+
+}  // namespace vivant

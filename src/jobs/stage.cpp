@@ -1,0 +1,79 @@
+#include "vivant/jobs/stage.hpp"
+
+#include "vivant/jobs/interrupt.hpp"
+#include "vivant/runtime/error.hpp"
+
+namespace vivant {
+namespace {
+
+const std::pair<const char*, ParameterStore::Kind> kinds[] = {
+    {"parameter/", ParameterStore::Kind::value},
+    {"adam_m/", ParameterStore::Kind::first_moment},
+    {"adam_v/", ParameterStore::Kind::second_moment}};
+
+}  // namespace
+
+void save_training(const TrainingState& state, const std::string& stage, std::int64_t step) {
+  Checkpoint checkpoint;
+  checkpoint.stage = stage;
+  checkpoint.step = step;
+  checkpoint.seed = static_cast<std::uint64_t>(state.config.training.seed);
+  checkpoint.config = to_toml(state.config);
+  checkpoint.device_class = state.device.device_class() == DeviceClass::cpu ? "cpu" : "gpu";
+  checkpoint.precision = "single";
+  for (const ParameterStore::Parameter& parameter : state.store.parameters())
+    for (const auto& [prefix, kind] : kinds)
+      checkpoint.tensors.emplace(prefix + parameter.name,
+                                 HostTensor(parameter.shape.extents(),
+                                            std::span<const float>(state.store.read(parameter.name, kind))));
+  state.run.save(checkpoint, state.steps_before + step, state.config.training.checkpoints_kept);
+}
+
+void restore_training(const Checkpoint& checkpoint, ParameterStore& store) {
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    for (const auto& [prefix, kind] : kinds) {
+      const HostTensor& tensor = checkpoint.tensor(prefix + parameter.name, parameter.shape.extents());
+      store.write(parameter.name, tensor.as_floats(), kind);
+    }
+}
+
+void run_stage(const TrainingState& state, const std::string& stage, StageTrainer& trainer,
+               std::int64_t first, Progress& progress) {
+  const auto& training = state.config.training;
+  const std::int64_t steps = trainer.steps();
+  progress.begin(stage, first, steps);
+  const auto check_health = [&](std::int64_t done) {
+    const std::string failure = trainer.failure();
+    if (failure.empty()) return;
+    progress.end();
+    save_training(state, stage, done);
+    try {
+      trainer.diagnose();
+    } catch (const Error& error) {
+      fail("{}: {}; the last good state is saved, go on with smaller rates", failure, error.what());
+    }
+    fail("{}; the last good state is saved, go on with smaller rates", failure);
+  };
+  for (std::int64_t step = first; step < steps; ++step) {
+    trainer.run(step);
+    const std::int64_t done = step + 1;
+    const bool last = done == steps, stopped = interrupted();
+    const auto due = [&](std::int64_t every) { return every > 0 && (done % every == 0 || last); };
+    if (due(training.report_every) || stopped) {
+      progress.report(trainer.report(done));
+      check_health(done);
+    }
+    if (due(training.preview_every))
+      trainer.preview(state.run.previews(), fmt::format("{}-{:06}", stage, done));
+    if (due(training.checkpoint_every) || stopped) save_training(state, stage, done);
+    if (stopped && !last) {
+      progress.end();
+      throw Interrupted(
+          fmt::format("stopped at step {} of {} of stage {}; go on with: vivant train --resume --run {}",
+                      done, steps, stage, state.run.path().string()));
+    }
+  }
+  progress.end();
+}
+
+}  // namespace vivant

@@ -1,0 +1,98 @@
+#include "vivant/jobs/train.hpp"
+
+#include <functional>
+#include <optional>
+
+#include "vivant/io/atomic_file.hpp"
+#include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/interrupt.hpp"
+#include "vivant/jobs/scene_trainer.hpp"
+
+namespace vivant {
+namespace {
+
+/// A stage of the training: the part of --stage that it belongs to, its name in checkpoints, and how it is
+/// made.
+struct Stage {
+  std::string part, name;
+  std::int64_t steps = 0;
+  std::function<std::unique_ptr<StageTrainer>()> make;
+};
+
+RunFolder open_run(const TrainOptions& options) {
+  if (options.resume) return RunFolder::open_to_write(options.run);
+  return RunFolder::create(options.run, to_toml(options.config));
+}
+
+/// The run's own configuration when it is resumed, and the capture that it was made from.
+Config config_of(const TrainOptions& options, const RunFolder& run) {
+  if (!options.resume) return options.config;
+  return parse_config("", read_whole_file(run.config()), run.config().string());
+}
+
+std::size_t index_of(const std::vector<Stage>& stages, const std::string& name, const std::string& source) {
+  for (std::size_t i = 0; i < stages.size(); ++i)
+    if (stages[i].name == name) return i;
+  fail("{}: the checkpoint's stage '{}' is not one of this run", source, name);
+}
+
+/// Prints or draws the first training graph.
+void show_plan(StageTrainer& trainer, const TrainOptions& options) {
+  trainer.run(0);
+  if (options.print_plan) fmt::print("{}", trainer.executor().plan());
+  if (!options.dot.empty()) write_text_file(options.dot, trainer.executor().dot());
+}
+
+}  // namespace
+
+void train(Device& device, const TrainOptions& options, Progress& progress) {
+  std::optional<Capture> capture;
+  if (!options.resume)
+    capture = load_capture(options.capture);  // before the folder: a bad capture leaves no run behind
+  const RunFolder run = open_run(options);
+  const Config config = config_of(options, run);
+  progress.record_in(run);
+  if (options.resume)
+    capture = load_capture(run.capture());
+  else
+    copy_capture_essentials(*capture, run.path());
+
+  CaptureModel model(device, config, *capture);
+  const DeviceCapture data(device, *capture, capture->training_frames());
+  const std::vector<Stage> stages = {
+      {"reconstruct", "scene", config.scene.steps,
+       [&] {
+         return std::make_unique<SceneTrainer>(device, config, *capture, data, model.store(), model.scene());
+       }},
+  };
+
+  std::size_t current = 0;
+  std::int64_t first_step = 0;
+  if (options.resume) {
+    if (const auto newest = run.newest_checkpoint()) {
+      for (const std::string& damaged : newest->damaged) progress.warn(damaged);
+      restore_training(newest->checkpoint, model.store());
+      current = index_of(stages, newest->checkpoint.stage, newest->checkpoint.source);
+      first_step = newest->checkpoint.step;
+      run.rewind_metrics(newest->checkpoint.stage, first_step);
+    }
+  }
+  const InterruptGuard guard;
+  TrainingState state{run, config, device, model.store()};
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    const Stage& stage = stages[s];
+    const bool wanted = options.stage == "all" || options.stage == stage.part;
+    if (s >= current && wanted && (s > current || first_step < stage.steps)) {
+      if (s > current) {
+        first_step = 0;
+        model.store().clear_moments();
+      }
+      const std::unique_ptr<StageTrainer> trainer = stage.make();
+      if (options.print_plan || !options.dot.empty()) return show_plan(*trainer, options);
+      run_stage(state, stage.name, *trainer, first_step, progress);
+    }
+    state.steps_before += stage.steps;
+  }
+}
+
+}  // namespace vivant

@@ -1,0 +1,133 @@
+#include "vivant/model/field.hpp"
+
+#include "vivant/graph/executor.hpp"
+#include "vivant/ops/concat.hpp"
+#include "vivant/ops/positional_encoding.hpp"
+#include "vivant/ops/triplane_encoding.hpp"
+
+namespace vivant {
+namespace {
+
+constexpr std::string_view encoding_names[] = {"full", "occupied", "vanilla", "mlp"};
+constexpr const char* plane_names[] = {"xy", "xz", "yz"};
+enum Head { density_head, hidden_head, direction_head, colour_head, feature_head };
+
+}  // namespace
+
+std::string_view name_of(Encoding encoding) { return encoding_names[static_cast<int>(encoding)]; }
+
+Encoding encoding_from(const std::string& name) {
+  for (int i = 0; i < static_cast<int>(std::size(encoding_names)); ++i)
+    if (encoding_names[i] == name) return static_cast<Encoding>(i);
+  throw UsageError(fmt::format("unknown encoding '{}': use full, occupied, vanilla or mlp", name));
+}
+
+Field::Field(Device& device, ParameterStore& store, const Initializer& initializer, std::string name,
+             const FieldOptions& options, std::vector<float> occupied_points)
+    : device_(&device),
+      store_(&store),
+      name_(std::move(name)),
+      options_(options),
+      occupied_points_(std::move(occupied_points)) {
+  const std::int64_t size = options.plane_size, channels = options.channels;
+  std::int64_t width = channels;
+  if (options.encoding == Encoding::vanilla) {
+    std::vector<float> planes = initializer.normal(name_ + ".planes", 3 * size * size * channels, 0.1);
+    for (float& x : planes) x += 1;  // near 1: products of small numbers would not learn
+    store.add(name_ + ".planes", {3, size, size, channels}, group_planes, planes);
+  } else if (options.encoding == Encoding::mlp) {
+    width = options.mlp_width;
+    std::int64_t in = 3 * (1 + 2 * options.position_frequencies);
+    for (int layer = 0; layer < options.mlp_layers; ++layer, in = width)
+      trunk_.emplace_back(store, initializer, fmt::format("{}.trunk{}", name_, layer), in, width, group_heads,
+                          LinearLayer::Options{});
+  } else {
+    if (options.encoding == Encoding::occupied && occupied_points_.empty())
+      fail("the encoding 'occupied' of the {} field needs points: the capture has none", name_);
+    for (const char* plane : plane_names)
+      unets_.emplace_back(store, initializer, fmt::format("{}.unet_{}", name_, plane),
+                          triplane_encoding_channels(options.position_frequencies, !occupied_points_.empty()),
+                          options.unet_widths, channels, group_planes);
+  }
+  const auto head = [&](const char* part, std::int64_t in, std::int64_t out, LinearLayer::Options layer) {
+    heads_.emplace_back(store, initializer, name_ + "." + part, in, out, group_heads, layer);
+  };
+  head("density", width, 1, {.scale = 0.5, .bias = options.density_bias});
+  head("hidden", width, hidden_width, {});
+  head("direction", 3 * (1 + 2 * options.direction_frequencies), hidden_width, {.has_bias = false});
+  head("colour", hidden_width, 3, {.bias = 0.5});
+  head("feature", hidden_width, feature_width, {});
+}
+
+Value Field::plane_input(Graph& graph, std::int64_t size, int index) const {
+  std::shared_ptr<Buffer>& buffer = plane_inputs_[size];
+  const std::int64_t points = static_cast<std::int64_t>(occupied_points_.size()) / 3;
+  const std::int64_t width = triplane_encoding_channels(options_.position_frequencies, points > 0);
+  const std::size_t plane_bytes = static_cast<std::size_t>(size * size * width) * sizeof(float);
+  if (!buffer) {
+    Graph once;
+    const Value occupied =
+        points > 0 ? once.constant({points, 3}, std::span<const float>(occupied_points_)) : Value{};
+    const Value encoded = triplane_encoding(once, size, options_.position_frequencies, occupied);
+    buffer = std::make_shared<Buffer>(device_->allocate(3 * plane_bytes));
+    once.place(encoded, {buffer, 0});
+    Executor executor(*device_, once, {encoded});
+    executor.run();
+    device_->finish();
+  }
+  return graph.external(fmt::format("{} encoded voxels {}", name_, plane_names[index]),
+                        {DType::real, {size, size, width}}, {buffer, index * plane_bytes});
+}
+
+Value Field::planes(Graph& graph, std::int64_t size) const {
+  if (size == 0) size = options_.plane_size;
+  if (options_.encoding == Encoding::mlp) return {};
+  if (options_.encoding == Encoding::vanilla) return store_->value(graph, name_ + ".planes");
+  Values planes;
+  for (int plane = 0; plane < 3; ++plane) {
+    const Graph::Scope scope(graph, name_ + ".unet_" + plane_names[plane]);
+    const Value out = unets_[plane](graph, plane_input(graph, size, plane));
+    planes.push_back(graph.reshape(out, {1, size * size * options_.channels}));
+  }
+  return graph.reshape(concat(planes), {3, size, size, options_.channels});
+}
+
+Value Field::features(Graph& graph, Value planes, Value points) const {
+  if (options_.encoding != Encoding::mlp) return triplane_sample(planes, points, options_.combine);
+  Value x = positional_encoding(points, options_.position_frequencies);
+  for (const LinearLayer& layer : trunk_) x = layer(graph, x, Activation::relu);
+  return x;
+}
+
+Value Field::density_logit(Graph& graph, Value features) const {
+  return heads_[density_head](graph, features);
+}
+
+Value Field::direction_term(Graph& graph, Value directions) const {
+  const Value bias = heads_[hidden_head].bias(graph);
+  if (options_.direction_frequencies == 0) return bias;
+  const Value encoded = positional_encoding(directions, options_.direction_frequencies);
+  return linear(encoded, heads_[direction_head].weight(graph), bias);
+}
+
+Value Field::hidden(Graph& graph, Value features, Value direction_term) const {
+  return linear(features, heads_[hidden_head].weight(graph),
+                direction_term ? direction_term : heads_[hidden_head].bias(graph), Activation::relu);
+}
+
+Value Field::hidden_weight(Graph& graph) const { return heads_[hidden_head].weight(graph); }
+
+Value Field::project(Graph& graph, const LinearLayer& layer, Value hidden, Value alpha) const {
+  const Value bias = graph.reshape(layer.bias(graph), {1, layer.bias(graph).elements()});
+  return add(linear(hidden, layer.weight(graph)), linear(alpha, bias));
+}
+
+Value Field::colour(Graph& graph, Value hidden, Value alpha) const {
+  return project(graph, heads_[colour_head], hidden, alpha);
+}
+
+Value Field::feature(Graph& graph, Value hidden, Value alpha) const {
+  return project(graph, heads_[feature_head], hidden, alpha);
+}
+
+}  // namespace vivant

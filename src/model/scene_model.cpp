@@ -1,0 +1,97 @@
+#include "vivant/model/scene_model.hpp"
+
+#include "vivant/ops/compact.hpp"
+#include "vivant/ops/gather.hpp"
+#include "vivant/ops/volume_render.hpp"
+
+namespace vivant {
+
+namespace {
+
+/// A key for samples at the middle of their strata, which look at no random number.
+RandomKey no_randomness(Graph& graph) {
+  const std::vector<std::int32_t> zero(1, 0);
+  const Value constant = graph.constant({1}, std::span<const std::int32_t>(zero));
+  return {constant, constant, 0};
+}
+
+std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Makes the last sample hide all behind it: its interval becomes very long.
+constexpr double endless = 1e10;
+
+}  // namespace
+
+SceneModel::SceneModel(Device& device, ParameterStore& store, const Initializer& initializer,
+                       const FieldOptions& options, const SceneSpace& space, int samples,
+                       std::vector<float> occupied_points)
+    : field_(device, store, initializer, "scene", options, std::move(occupied_points)),
+      space_(space),
+      samples_(samples) {}
+
+FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const {
+  const Graph::Scope scope(graph, "scene");
+  const std::int64_t ray_count = rays.origins.shape()[0];
+  const auto limit = [&](double depth) {
+    return graph.constant({ray_count, 1}, std::span<const double>(std::vector<double>(ray_count, depth)));
+  };
+  const Spacing spacing = space_.inverse_depth ? Spacing::disparity : Spacing::linear;
+  const Samples drawn = stratified_samples(limit(space_.near), limit(space_.far), samples_, spacing,
+                                           random ? *random : no_randomness(graph), random != nullptr);
+  FieldSamples samples;
+  samples.depths = drawn.depths;
+  samples.deltas = drawn.deltas;
+  if (space_.opaque_last) {
+    std::vector<double> extra(samples_, 0.0);
+    extra.back() = endless;
+    samples.deltas = add(drawn.deltas, graph.constant({samples_}, std::span<const double>(extra)));
+  }
+  const Value world = points_on_rays(rays.origins, rays.directions, drawn.depths);
+  const Value points = space_.contracted
+                           ? contract(world, array_of(space_.centre), space_.radius.maxCoeff())
+                           : normalise_to_box(world, array_of(space_.centre), array_of(space_.radius));
+  samples.features = field_.features(graph, planes, points);
+  samples.density = graph.reshape(field_.density(graph, samples.features), drawn.depths.shape());
+  samples.term = field_.direction_term(graph, rays.directions);
+  return samples;
+}
+
+Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
+  return field_.hidden(graph, samples.features, samples.term);
+}
+
+RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, double threshold) const {
+  const Graph::Scope scope(graph, "scene");
+  const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
+  if (threshold <= 0)
+    return {weighted_sum(weights.weight, hidden(graph, samples)), weights.alpha, weights.depth,
+            weights.weight};
+  // Weights first, then hidden units for the samples alone that weigh something: by far the most work is
+  // theirs.
+  const Compacted kept = compact(weights.weight, threshold, weights.weight.elements());
+  const auto counted = [&](Value ids) {
+    return graph.with_count(graph.reshape(ids, {ids.elements(), 1}), kept.count);
+  };
+  const Value features = gather_rows(samples.features, counted(kept.ids), IdOrder::ascending);
+  const bool per_ray = samples.term.shape().rank() == 2;
+  const Value term =
+      per_ray ? gather_rows(samples.term, counted(kept.rows), IdOrder::ascending) : samples.term;
+  const Value units = activate(add(linear(features, field_.hidden_weight(graph)), term), Activation::relu);
+  return {weighted_sum(weights.weight, units, kept.ids), weights.alpha, weights.depth, weights.weight};
+}
+
+std::vector<float> occupied_points(const SceneSpace& space, const PointCloud& cloud) {
+  std::vector<float> points;
+  for (const Eigen::Vector3f& position : cloud.positions) {
+    Eigen::Vector3d y = (position.cast<double>() - space.centre).cwiseQuotient(space.radius);
+    if (space.contracted) {
+      const double m = y.cwiseAbs().maxCoeff();
+      y = m <= 1 ? Eigen::Vector3d(y / 2) : Eigen::Vector3d((2 - 1 / m) * y / (2 * m));
+    }
+    if (y.cwiseAbs().maxCoeff() > 1) continue;
+    for (int axis = 0; axis < 3; ++axis) points.push_back(static_cast<float>(y[axis]));
+  }
+  return points;
+}
+
+}  // namespace vivant

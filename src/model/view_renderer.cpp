@@ -1,0 +1,81 @@
+#include "vivant/model/view_renderer.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "vivant/data/camera_table.hpp"
+
+namespace vivant {
+
+cv::Mat RenderedView::rgb8() const {
+  cv::Mat image(height, width, CV_8UC3);
+  std::transform(rgb.begin(), rgb.end(), image.data, [](float x) {
+    return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f);
+  });
+  return image;
+}
+
+SceneRenderer::SceneRenderer(Device& device, const SceneModel& scene, Options options)
+    : device_(device), scene_(scene), options_(options) {
+  Graph graph;
+  const Value planes = scene.field().planes(graph);
+  if (!planes) return;
+  planes_shape_ = planes.shape();
+  planes_ = std::make_shared<Buffer>(device.allocate(planes.elements() * sizeof(float)));
+  const Value baked = graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0});
+  graph.assign(baked, planes);
+  Executor(device, graph, {}).run();
+}
+
+void SceneRenderer::build(int width, int height) {
+  executor_.reset();
+  width_ = width;
+  height_ = height;
+  graph_ = std::make_unique<Graph>();
+  Graph& graph = *graph_;
+  const Value planes =
+      planes_ ? graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0}) : Value{};
+  const std::vector<float> table = camera_table(std::vector<Camera>(1));
+  camera_ = graph.input("camera", {1, static_cast<std::int64_t>(table.size())});
+  pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
+  const Rays rays = ray_generation(camera_, pixels_, width, height);
+  const FieldSamples samples = scene_.sample(graph, planes, rays, nullptr);
+  const RenderedRays rendered = scene_.render(graph, samples, options_.weight_threshold);
+  rgb_ = scene_.field().colour(graph, rendered.hidden, rendered.alpha);
+  alpha_ = rendered.alpha;
+  depth_ = rendered.depth;
+  executor_ = std::make_unique<Executor>(device_, graph, Values{rgb_, alpha_, depth_});
+}
+
+RenderedView SceneRenderer::render(const Camera& camera) {
+  if (!executor_ || width_ != camera.width || height_ != camera.height) build(camera.width, camera.height);
+  RenderedView view;
+  view.width = camera.width;
+  view.height = camera.height;
+  const std::int64_t pixels = static_cast<std::int64_t>(camera.width) * camera.height,
+                     tile = options_.tile_rays;
+  view.rgb.resize(pixels * 3);
+  view.alpha.resize(pixels);
+  view.depth.resize(pixels);
+  executor_->write(camera_, std::span<const float>(camera_table(std::span(&camera, 1))));
+  std::vector<std::int32_t> ids(tile);
+  for (std::int64_t first = 0; first < pixels; first += tile) {
+    for (std::int64_t i = 0; i < tile; ++i)
+      ids[i] = static_cast<std::int32_t>(std::min(first + i, pixels - 1));
+    executor_->write(pixels_, std::span<const std::int32_t>(ids));
+    executor_->run();
+    const std::int64_t count = std::min(tile, pixels - first);
+    const auto copy = [&](Value value, std::vector<float>& to, std::int64_t channels) {
+      const std::vector<float> data = executor_->read(value);
+      std::copy_n(data.begin(), count * channels, to.begin() + first * channels);
+    };
+    copy(rgb_, view.rgb, 3);
+    copy(alpha_, view.alpha, 1);
+    copy(depth_, view.depth, 1);
+  }
+  for (std::int64_t i = 0; i < pixels; ++i)
+    view.depth[i] = view.alpha[i] > 0 ? view.depth[i] / view.alpha[i] : 0;
+  return view;
+}
+
+}  // namespace vivant

@@ -1,0 +1,57 @@
+#include "vivant/nn/optimizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vivant {
+
+Optimizer::Optimizer(Device& device, Graph& graph, ParameterStore& store,
+                     const std::vector<std::string>& names, const Values& gradients, Value loss,
+                     const Options& options)
+    : store_(store) {
+  const Graph::Scope scope(graph, "optimizer");
+  for (std::size_t i = 0; i < names.size(); ++i) store.place_gradient(graph, names[i], gradients[i]);
+  const std::vector<std::uint8_t> table = store.group_table(options.trained);
+  group_buffer_ = std::make_shared<Buffer>(device.allocate(table.size()));
+  device.write(*group_buffer_, table.data(), table.size());
+  status_buffer_ = std::make_shared<Buffer>(device.allocate(3 * sizeof(std::int32_t)));
+  device.fill(*status_buffer_, 0);
+  step_ = graph.scalar("step", DType::i32);
+  rates_ = graph.input("learning rates", {options.groups});
+  status_ = graph.external("status", {DType::i32, {3}}, {status_buffer_, 0});
+  adam({.parameters = store.all_values(graph),
+        .gradients = store.all_gradients(graph),
+        .first_moments = store.all_first_moments(graph),
+        .second_moments = store.all_second_moments(graph),
+        .groups = graph.external("groups", {DType::u8, {static_cast<std::int64_t>(table.size())}},
+                                 {group_buffer_, 0}),
+        .rates = rates_,
+        .step = step_,
+        .status = status_,
+        .loss = loss},
+       options.adam);
+}
+
+void Optimizer::set_step(Executor& executor, std::int64_t step, const std::vector<double>& rates) {
+  executor.set(step_, static_cast<double>(step));
+  executor.set(rates_, rates);
+}
+
+std::string Optimizer::failure(Executor& executor) {
+  const std::vector<std::int32_t> status = executor.read_ints(status_);
+  if (status[0] == 0) return {};
+  if (status[0] == 2) return fmt::format("the loss is not finite at step {}", status[1]);
+  for (const ParameterStore::Parameter& parameter : store_.parameters())
+    if (status[2] >= parameter.offset && status[2] < parameter.offset + parameter.shape.elements())
+      return fmt::format("the gradient of {} is not finite at step {}", parameter.name, status[1]);
+  return fmt::format("a gradient is not finite at step {}", status[1]);
+}
+
+double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay) {
+  const double done = static_cast<double>(step) / static_cast<double>(std::max<std::int64_t>(1, steps));
+  const double warm =
+      warmup > 0 ? std::min(1.0, static_cast<double>(step + 1) / static_cast<double>(warmup)) : 1.0;
+  return base * warm * std::pow(decay, done);
+}
+
+}  // namespace vivant
