@@ -19,5 +19,7 @@ void add_devices(CLI::App& app, const Globals& globals);
 void add_op(CLI::App& app, const Globals& globals);
 void add_bench(CLI::App& app, const Globals& globals);
 void add_train(CLI::App& app, const Globals& globals);
+void add_render(CLI::App& app, const Globals& globals);
+void add_eval(CLI::App& app, const Globals& globals);
 
 }  // namespace vivant::app

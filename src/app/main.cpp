@@ -63,6 +63,8 @@ int run(int argc, char** argv) {
   vivant::app::add_op(app, globals);
   vivant::app::add_bench(app, globals);
   vivant::app::add_train(app, globals);
+  vivant::app::add_render(app, globals);
+  vivant::app::add_eval(app, globals);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

@@ -35,7 +35,7 @@ void run(const Globals& globals, Arguments& arguments) {
 }  // namespace
 
 void add_train(CLI::App& app, const Globals& globals) {
-  CLI::App* command = app.add_subcommand("train", "train a capture's model");
+  CLI::App* command = app.add_subcommand("train", "Train a capture's model: the background's field");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("CAPTURE", arguments->train.capture,
                       "folder with a transforms.json, or the file itself");

@@ -36,8 +36,12 @@ std::size_t index_of(const std::vector<Stage>& stages, const std::string& name, 
   fail("{}: the checkpoint's stage '{}' is not one of this run", source, name);
 }
 
-/// Prints or draws the first training graph.
-void show_plan(StageTrainer& trainer, const TrainOptions& options) {
+/// Prints or draws the first training graph; makes no run.
+void show_plan(Device& device, const TrainOptions& options) {
+  const Capture capture = load_capture(options.capture);
+  CaptureModel model(device, options.config, capture);
+  const DeviceCapture data(device, capture, capture.training_frames());
+  SceneTrainer trainer(device, options.config, capture, data, model.store(), model.scene());
   trainer.run(0);
   if (options.print_plan) fmt::print("{}", trainer.executor().plan());
   if (!options.dot.empty()) write_text_file(options.dot, trainer.executor().dot());
@@ -46,6 +50,7 @@ void show_plan(StageTrainer& trainer, const TrainOptions& options) {
 }  // namespace
 
 void train(Device& device, const TrainOptions& options, Progress& progress) {
+  if (options.print_plan || !options.dot.empty()) return show_plan(device, options);
   std::optional<Capture> capture;
   if (!options.resume)
     capture = load_capture(options.capture);  // before the folder: a bad capture leaves no run behind
@@ -88,7 +93,6 @@ void train(Device& device, const TrainOptions& options, Progress& progress) {
         model.store().clear_moments();
       }
       const std::unique_ptr<StageTrainer> trainer = stage.make();
-      if (options.print_plan || !options.dot.empty()) return show_plan(*trainer, options);
       run_stage(state, stage.name, *trainer, first_step, progress);
     }
     state.steps_before += stage.steps;

@@ -1,0 +1,24 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+
+#include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/progress.hpp"
+#include "vivant/jobs/run_folder.hpp"
+
+namespace vivant {
+
+/// A trained run, ready to be looked at: its configuration, its capture and the model of its newest
+/// checkpoint.
+struct OpenRun {
+  RunFolder folder;
+  Config config;
+  Capture capture;
+  std::unique_ptr<CaptureModel> model;
+};
+
+/// Opens a run for reading. Throws Error when it has no checkpoint yet; tells `progress` of damaged ones
+/// passed over.
+OpenRun open_run(Device& device, const std::filesystem::path& path, Progress& progress);
+
+}  // namespace vivant

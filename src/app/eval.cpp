@@ -1,0 +1,24 @@
+#include "app/commands.hpp"
+#include "vivant/jobs/evaluate.hpp"
+
+namespace vivant::app {
+
+void add_eval(CLI::App& app, const Globals& globals) {
+  CLI::App* command = app.add_subcommand("eval", "Compare a run's held-out frames with their pictures");
+  command->footer("Examples:\n  vivant eval runs/first\n  vivant eval runs/first --json > scores.json");
+  struct Arguments {
+    std::filesystem::path run;
+    bool json = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("RUN", arguments->run, "folder of a trained run")->required();
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->callback([arguments, &globals] {
+    Device device(globals.device);
+    Progress progress(globals.progress, globals.verbose);
+    const Evaluation evaluation = evaluate(device, arguments->run, progress);
+    fmt::print("{}", arguments->json ? evaluation.json() + "\n" : evaluation.table());
+  });
+}
+
+}  // namespace vivant::app

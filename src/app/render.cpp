@@ -1,0 +1,67 @@
+#include "vivant/jobs/render.hpp"
+
+#include <charconv>
+
+#include "app/arguments.hpp"
+#include "app/commands.hpp"
+
+namespace vivant::app {
+namespace {
+
+/// "10:20" as the range [10, 20).
+std::pair<int, int> parse_range(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const auto number = [&](std::size_t from, std::size_t to) {
+    int value = -1;
+    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
+    if (error != std::errc() || end != text.data() + to)
+      throw UsageError(fmt::format("--frames takes FIRST:END, such as 0:24, not '{}'", text));
+    return value;
+  };
+  if (colon == std::string::npos)
+    throw UsageError(fmt::format("--frames takes FIRST:END, such as 0:24, not '{}'", text));
+  return {number(0, colon), number(colon + 1, text.size())};
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, const Globals& globals) {
+  CLI::App* command = app.add_subcommand("render", "Render views of a run's background");
+  command->footer(
+      "Examples:\n"
+      "  vivant render runs/first --views test -o held-out\n"
+      "  vivant render runs/first --views orbit --orbit-angle 20 -o orbit.mp4\n"
+      "  vivant render runs/first --views path.json --size 960x540 --frames 0:24 -o path.mp4");
+  const auto options = std::make_shared<RenderOptions>();
+  command->add_option("RUN", options->run, "folder of a trained run")->required();
+  command->add_option("--views", options->views, "train, test, orbit or a camera path as JSON")
+      ->capture_default_str()
+      ->type_name("VIEWS");
+  command
+      ->add_option("--orbit-angle", options->orbit_angle, "degrees to each side of the middle frame's camera")
+      ->capture_default_str();
+  command->add_option("--orbit-frames", options->orbit_frames, "views of an orbit")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command
+      ->add_option_function<std::string>(
+          "--size", [options](const std::string& text) { options->size = parse_size(text); },
+          "size of the pictures; else the cameras' own")
+      ->type_name("WxH");
+  command
+      ->add_option_function<std::string>(
+          "--frames", [options](const std::string& text) { options->frames = parse_range(text); },
+          "only these views, the end left out")
+      ->type_name("FIRST:END");
+  command->add_option("-o,--output", options->output, "a film (.mp4) or a folder for pictures")
+      ->required()
+      ->type_name("FILE|DIR");
+  command->callback([options, &globals] {
+    Device device(globals.device);
+    Progress progress(globals.progress, globals.verbose);
+    render(device, *options, progress);
+    progress.info(fmt::format("wrote {}", options->output.string()));
+  });
+}
+
+}  // namespace vivant::app
