@@ -20,7 +20,7 @@
 KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REAL* restrict bias,
                            GLOBAL REAL* restrict y, int capacity, int columns, int bias_rows, IN int* count) {
   const int rows = live_rows(capacity, count);
-  const int row = get_global_id(0) * TILE_ROWS, j = get_global_id(1) * COLUMNS;
+  const int row = get_global_id(1) * TILE_ROWS, j = get_global_id(0) * COLUMNS;
   if (row >= rows || j >= columns) return;
   IN REAL* w = packed + (size_t)(j / PANEL) * PANEL * INNER + j % PANEL;
   REALV acc[TILE_ROWS][TILE_VECTORS];
@@ -75,13 +75,13 @@ KERNEL void weight_gradient(IN REAL* restrict a, IN REAL* restrict b, GLOBAL REA
   FOR_TILE_ROWS if (top + r >= i) store_columns(acc[r], out + (size_t)(top + r) * n + j, n - j);
 }
 
-// y [taps, m, n] = the sum of partial [chunks, taps, m, n], or its transpose [taps, n, m].
-KERNEL void sum_weight_partials(IN REAL* restrict partial, GLOBAL REAL* restrict y, int chunks, int taps, int m, int n,
-                                int transposed) {
+// y [taps, n, m] = the transposed sum of partial [chunks, taps, m, n].
+KERNEL void transpose_weight_partials(IN REAL* restrict partial, GLOBAL REAL* restrict y, int chunks, int taps, int m,
+                                      int n) {
   const int e = get_global_id(0), elements = taps * m * n;
   if (e >= elements) return;
   REAL sum = 0;
   for (int k = 0; k < chunks; ++k) sum += partial[(size_t)k * elements + e];
   const int tap = e / (m * n), within = e % (m * n);
-  y[transposed ? tap * m * n + (within % n) * m + within / n : e] = sum;
+  y[tap * m * n + within % n * m + within / n] = sum;
 }

@@ -43,8 +43,8 @@ struct Linear final : Op {
                  {"ACTIVATION", static_cast<int>(activation)}})
         .args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1,
               launch.count_of(x))
-        .run({tiles(x.rows(), tile.rows), tiles(y.channels(), tile.vectors * launch.vector_width()), 1},
-             launch.gpu() ? std::array<std::size_t, 3>{16, 4, 1} : std::array<std::size_t, 3>{1, 1, 1});
+        .run({tiles(y.channels(), tile.vectors * launch.vector_width()), tiles(x.rows(), tile.rows), 1},
+             launch.gpu() ? std::array<std::size_t, 3>{4, 16, 1} : std::array<std::size_t, 3>{1, 1, 1});
   }
 
   Values gradient(const GradientRequest& request) const override {
@@ -130,8 +130,9 @@ const RegisterOp register_linear({
 
 void sum_weight_partials(Launch& launch, const Tensor& partial, const Tensor& y, std::int64_t chunks,
                          std::int64_t taps, std::int64_t m, std::int64_t n, bool transposed) {
-  launch.kernel("linear.cl", "sum_weight_partials")
-      .args(partial, y, chunks, taps, m, n, transposed ? 1 : 0)
+  if (!transposed) return reduce_partials(launch, partial, y, chunks, taps * m * n);
+  launch.kernel("linear.cl", "transpose_weight_partials")
+      .args(partial, y, chunks, taps, m, n)
       .run({static_cast<std::size_t>(taps * m * n), 1, 1}, {64, 1, 1});
 }
 
