@@ -15,6 +15,7 @@ struct Globals {
 
 // Each adds one subcommand to `app`, in the file of its name.
 void add_synth(CLI::App& app, const Globals& globals);
+void add_pretrain_stylizer(CLI::App& app, const Globals& globals);
 void add_devices(CLI::App& app, const Globals& globals);
 void add_op(CLI::App& app, const Globals& globals);
 void add_bench(CLI::App& app, const Globals& globals);

@@ -59,6 +59,7 @@ int run(int argc, char** argv) {
   vivant::app::Globals globals;
   add_global_options(app, globals);
   vivant::app::add_synth(app, globals);
+  vivant::app::add_pretrain_stylizer(app, globals);
   vivant::app::add_devices(app, globals);
   vivant::app::add_op(app, globals);
   vivant::app::add_bench(app, globals);
@@ -79,6 +80,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) try { return run(argc, argv); } catch (const vivant::UsageError& error) {
   return complain(error.what(), 2);
+} catch (const vivant::Interrupted& stopped) {
+  return complain(stopped.what(), 130);
 } catch (const std::bad_alloc&) {
   return complain("out of memory: use smaller images, fewer rays or a smaller preset", 1);
 } catch (const std::exception& error) {

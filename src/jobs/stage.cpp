@@ -13,6 +13,14 @@ const std::pair<const char*, ParameterStore::Kind> kinds[] = {
 
 }  // namespace
 
+void keep_training(Checkpoint& checkpoint, const ParameterStore& store) {
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    for (const auto& [prefix, kind] : kinds)
+      checkpoint.tensors.emplace(
+          prefix + parameter.name,
+          HostTensor(parameter.shape.extents(), std::span<const float>(store.read(parameter.name, kind))));
+}
+
 void save_training(const TrainingState& state, const std::string& stage, std::int64_t step) {
   Checkpoint checkpoint;
   checkpoint.stage = stage;
@@ -21,11 +29,7 @@ void save_training(const TrainingState& state, const std::string& stage, std::in
   checkpoint.config = to_toml(state.config);
   checkpoint.device_class = state.device.device_class() == DeviceClass::cpu ? "cpu" : "gpu";
   checkpoint.precision = "single";
-  for (const ParameterStore::Parameter& parameter : state.store.parameters())
-    for (const auto& [prefix, kind] : kinds)
-      checkpoint.tensors.emplace(prefix + parameter.name,
-                                 HostTensor(parameter.shape.extents(),
-                                            std::span<const float>(state.store.read(parameter.name, kind))));
+  keep_training(checkpoint, state.store);
   state.run.save(checkpoint, state.steps_before + step, state.config.training.checkpoints_kept);
 }
 

@@ -110,7 +110,6 @@ TrainingPictures::TrainingPictures(const std::vector<std::filesystem::path>& fol
       const int side = std::min(picture.rows, picture.cols);
       if (side < least_side) continue;
       pictures_.push_back(picture_with_side(picture, std::min(side, short_side)));
-      names_.push_back(path.filename().string());
     }
   if (pictures_.empty())
     fail("no picture of {} pixels or more in {}: name a folder with photographs or paintings", least_side,

@@ -35,7 +35,6 @@ class TrainingPictures {
 
   std::size_t size() const { return pictures_.size(); }
   const cv::Mat& operator[](std::size_t i) const { return pictures_[i]; }
-  const std::string& name(std::size_t i) const { return names_[i]; }
 
   /// A random square of a random picture, `side` pixels, CV_32FC3 RGB in [0,1]: cut out at half the picture's
   /// size or more, flipped in half of all cases, and with the probability `recolour` with changed colours.
@@ -43,7 +42,6 @@ class TrainingPictures {
 
  private:
   std::vector<cv::Mat> pictures_;
-  std::vector<std::string> names_;
 };
 
 /// The pictures in a folder and below whose file name starts with one of `starts`, CV_32FC3 RGB in [0,1],

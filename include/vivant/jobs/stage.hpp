@@ -45,6 +45,8 @@ struct TrainingState {
 };
 
 void save_training(const TrainingState& state, const std::string& stage, std::int64_t step);
+/// Puts all parameters and their moments into a checkpoint.
+void keep_training(Checkpoint& checkpoint, const ParameterStore& store);
 /// Puts parameters and moments of a checkpoint back.
 void restore_training(const Checkpoint& checkpoint, ParameterStore& store);
 

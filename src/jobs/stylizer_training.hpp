@@ -1,0 +1,78 @@
+#pragma once
+#include <memory>
+
+#include "jobs/training_pictures.hpp"
+#include "vivant/graph/executor.hpp"
+#include "vivant/jobs/pretrain_stylizer.hpp"
+#include "vivant/model/style_losses.hpp"
+#include "vivant/nn/optimizer.hpp"
+#include "vivant/nn/vgg19.hpp"
+
+namespace vivant {
+
+/// What the stages of pretraining share.
+struct StylizerTraining {
+  StylizerTraining(Device& device, const PretrainStylizerOptions& options);
+
+  Device& device;
+  std::uint64_t seed;
+  TrainingPictures photographs, paintings;
+  std::vector<cv::Mat> unseen;  ///< paintings that are left out of the training
+  Initializer initializer;
+  ParameterStore store;
+  Stylizer stylizer;
+  Vgg19 vgg;
+  ChannelScales scales;                  ///< of the errors in VGG's layers
+  std::vector<float> feature_deviation;  ///< [C] of relu3_1
+
+  /// A crop of a photograph or, with probability `painted`, of a painting.
+  cv::Mat crop(KeyedRandom& random, int side, double recolour, double painted = 0.5) const;
+};
+
+/// Measures VGG's layers and the least-squares read-out on random crops; writes the latter into the store
+/// when `start` is set. Returns the read-out's PSNR.
+double measure_pictures(StylizerTraining& training, bool start);
+
+/// Adam on psi and the decoder, as the last nodes of a graph.
+std::unique_ptr<Optimizer> optimise(StylizerTraining& training, Graph& graph, Value loss);
+
+/// One step of either stage; `step` counts from 0 over the whole training.
+class InversionStep {
+ public:
+  InversionStep(StylizerTraining& training, double loss_weight);
+  void run(std::int64_t step, std::int64_t optimizer_step, double rate);
+  /// Waits. The mean squared error of the last step.
+  double error();
+  std::string failure() { return optimizer_->failure(*executor_); }
+
+ private:
+  StylizerTraining& training_;
+  Graph graph_;
+  Value sharp_, rendered_, noise_, noise_amount_, blur_amount_, detail_amount_, error_;
+  std::unique_ptr<Optimizer> optimizer_;
+  std::unique_ptr<Executor> executor_;
+  std::vector<float> noise_values_;
+};
+
+class StyleStep {
+ public:
+  explicit StyleStep(StylizerTraining& training);
+  void run(std::int64_t step, std::int64_t optimizer_step, double rate);
+  /// Waits. Global, first layer, local, content, colours, gamut.
+  std::array<double, 6> losses();
+  std::string failure() { return optimizer_->failure(*executor_); }
+
+ private:
+  void make_target(std::int64_t number, std::size_t place);
+
+  StylizerTraining& training_;
+  Graph graph_, target_graph_;
+  Value photograph_, detail_amount_, painting_;
+  StyleTarget target_inputs_, target_;
+  Values losses_;
+  std::unique_ptr<Optimizer> optimizer_;
+  std::unique_ptr<Executor> executor_, target_executor_;
+  std::vector<std::vector<std::vector<float>>> pool_;  ///< targets, each with all its values
+};
+
+}  // namespace vivant
