@@ -163,6 +163,54 @@ double CaseRun::objective() {
   return sum;
 }
 
+namespace {
+
+/// The objective's central difference along a direction of one input.
+double slope(CaseRun& forward, const OpCase& op_case, std::size_t input,
+             const std::vector<double>& direction) {
+  const auto objective_at = [&](double distance) {
+    std::vector<double> moved = forward.inputs()[input].data;
+    for (std::size_t e = 0; e < moved.size(); ++e) moved[e] += distance * direction[e];
+    forward.set_input(input, moved);
+    forward.run();
+    return forward.objective();
+  };
+  const double difference = objective_at(op_case.step) - objective_at(-op_case.step);
+  forward.set_input(input, forward.inputs()[input].data);
+  return difference / (2 * op_case.step);
+}
+
+/// A gradient against central differences: single elements drawn at random, then all at once in a random
+/// direction, where what the draw has missed shows.
+void compare_with_differences(CaseRun& forward, const OpCase& op_case, std::size_t input,
+                              const std::vector<double>& gradient, Random& random, const std::string& what,
+                              Findings& findings) {
+  const std::size_t elements = forward.inputs()[input].data.size();  // the gradient has the live rows alone
+  std::vector<double> analytic, numeric;
+  for (int d = 0; d < differences_per_input; ++d) {
+    const std::size_t e = random.integer(static_cast<std::int64_t>(gradient.size()));
+    std::vector<double> one(elements, 0.0);
+    one[e] = 1;
+    analytic.push_back(gradient[e]);
+    numeric.push_back(slope(forward, op_case, input, one));
+  }
+  compare(what, analytic, numeric, op_case.gradient_tolerance, findings);
+  std::vector<double> signs(elements);
+  for (double& sign : signs) sign = random.uniform() < 0.5 ? -1 : 1;
+  double along = 0, square = 0;
+  for (std::size_t e = 0; e < gradient.size(); ++e) {
+    along += signs[e] * gradient[e];
+    square += gradient[e] * gradient[e];
+  }
+  const double measured = slope(forward, op_case, input, signs);
+  if (!std::isfinite(square) ||
+      !(std::abs(along - measured) <= op_case.gradient_tolerance * std::sqrt(square)))
+    findings.push_back(
+        fmt::format("{}: along a random direction it is {:.9g}, it should be {:.9g}", what, along, measured));
+}
+
+}  // namespace
+
 Findings check_values(Device& device, const OpCase& op_case, const Variation& variation) {
   Findings findings;
   CaseRun run(device, op_case, variation, false);
@@ -193,26 +241,11 @@ Findings check_gradients(Device& device, const OpCase& op_case, const Variation&
   const auto gradients = run.gradients();
   CaseRun forward(device, op_case, variation, false, wide);
   Random random(5);
-  for (std::size_t i = 0; i < gradients.size(); ++i) {
-    if (gradients[i].empty()) continue;
-    const std::vector<double> original = run.inputs()[i].data;
-    std::vector<double> analytic, numeric;
-    for (int d = 0; d < differences_per_input; ++d) {
-      const std::size_t e = random.integer(static_cast<std::int64_t>(gradients[i].size()));
-      const auto objective_at = [&](double offset) {
-        std::vector<double> moved = original;
-        moved[e] += offset;
-        forward.set_input(i, moved);
-        forward.run();
-        return forward.objective();
-      };
-      numeric.push_back((objective_at(op_case.step) - objective_at(-op_case.step)) / (2 * op_case.step));
-      analytic.push_back(gradients[i][e]);
-    }
-    forward.set_input(i, original);
-    compare(fmt::format("{}: gradient of input {}", describe(op_case, variation), i), analytic, numeric,
-            op_case.gradient_tolerance, findings);
-  }
+  for (std::size_t i = 0; i < gradients.size(); ++i)
+    if (!gradients[i].empty())
+      compare_with_differences(forward, op_case, i, gradients[i], random,
+                               fmt::format("{}: gradient of input {}", describe(op_case, variation), i),
+                               findings);
   // The float kernels must agree with the double kernels.
   CaseRun single(device, op_case, variation, true);
   single.executor().scramble(0xFF);
