@@ -103,10 +103,11 @@ Value Field::density_logit(Graph& graph, Value features) const {
   return heads_[density_head](graph, features);
 }
 
-Value Field::direction_term(Graph& graph, Value directions) const {
+Value Field::direction_term(Graph& graph, Value directions, Value keep) const {
   const Value bias = heads_[hidden_head].bias(graph);
   if (options_.direction_frequencies == 0) return bias;
-  const Value encoded = positional_encoding(directions, options_.direction_frequencies);
+  Value encoded = positional_encoding(directions, options_.direction_frequencies);
+  if (keep) encoded = multiply(encoded, keep);
   return linear(encoded, heads_[direction_head].weight(graph), bias);
 }
 

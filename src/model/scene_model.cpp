@@ -2,6 +2,7 @@
 
 #include "vivant/ops/compact.hpp"
 #include "vivant/ops/gather.hpp"
+#include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
 namespace vivant {
@@ -60,15 +61,12 @@ Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
   return field_.hidden(graph, samples.features, samples.term);
 }
 
-RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, double threshold) const {
-  const Graph::Scope scope(graph, "scene");
-  const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
-  if (threshold <= 0)
-    return {weighted_sum(weights.weight, hidden(graph, samples)), weights.alpha, weights.depth,
-            weights.weight};
+Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight,
+                                  double threshold) const {
+  if (threshold <= 0) return weighted_sum(weight, hidden(graph, samples));
   // Weights first, then hidden units for the samples alone that weigh something: by far the most work is
   // theirs.
-  const Compacted kept = compact(weights.weight, threshold, weights.weight.elements());
+  const Compacted kept = compact(weight, threshold, weight.elements());
   const auto counted = [&](Value ids) {
     return graph.with_count(graph.reshape(ids, {ids.elements(), 1}), kept.count);
   };
@@ -77,7 +75,14 @@ RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, doubl
   const Value term =
       per_ray ? gather_rows(samples.term, counted(kept.rows), IdOrder::ascending) : samples.term;
   const Value units = activate(add(linear(features, field_.hidden_weight(graph)), term), Activation::relu);
-  return {weighted_sum(weights.weight, units, kept.ids), weights.alpha, weights.depth, weights.weight};
+  return weighted_sum(weight, units, kept.ids);
+}
+
+RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, double threshold) const {
+  const Graph::Scope scope(graph, "scene");
+  const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
+  return {rendered_hidden(graph, samples, weights.weight, threshold), sum_channels(weights.weight),
+          weights.depth, weights.weight};
 }
 
 std::vector<float> occupied_points(const SceneSpace& space, const PointCloud& cloud) {

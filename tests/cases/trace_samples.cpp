@@ -143,34 +143,5 @@ const Register human_samples(OpCase{
     .bytes = [](const Variation& v) { return 4.0 * 24 * static_cast<double>(v.sizes[1]); },
 });
 
-// sizes: rows, channels, rows of the result, live rows (-1: all)
-const Register scatter(OpCase{
-    .op = "scatter_rows",
-    .variations = {{{1, 1, 1, -1}, {{"rows", 1}}},
-                   {{37, 3, 50, -1}, {{"rows", 50}}},
-                   {{65, 1, 131, 41}, {{"rows", 131}}}},
-    .inputs = [](const Variation& v, Random& random) -> std::vector<HostTensor> {
-      HostTensor x = random.tensor({v.sizes[0], v.sizes[1]});
-      x.live_rows = v.sizes[3];
-      std::vector<std::int32_t> ids;  // ascending, every tenth missing
-      for (int k = 0; k < v.sizes[0]; ++k)
-        ids.push_back(k % 10 == 9 ? -1 : static_cast<std::int32_t>(k * v.sizes[2] / v.sizes[0]));
-      HostTensor places = ints(ids, 1);
-      places.shape = {v.sizes[0]};
-      return {x, places};
-    },
-    .reference = [](const Variation& v, const std::vector<HostTensor>& in) -> std::vector<HostTensor> {
-      HostTensor y = reals({v.sizes[2], v.sizes[1]});
-      y.data.assign(v.sizes[2] * v.sizes[1], 0.0);
-      for (int k = 0; k < (v.sizes[3] < 0 ? v.sizes[0] : v.sizes[3]); ++k)
-        for (int c = 0; c < v.sizes[1] && in[1].data[k] >= 0; ++c)
-          y.data[static_cast<std::size_t>(in[1].data[k]) * v.sizes[1] + c] = in[0].data[k * v.sizes[1] + c];
-      return {y};
-    },
-    .benchmark = {{100000, 1, 131072, -1}, {{"rows", 131072}}},
-    .bytes =
-        [](const Variation& v) { return 4.0 * static_cast<double>(v.sizes[1] * (v.sizes[0] + v.sizes[2])); },
-});
-
 }  // namespace
 }  // namespace vivant::cases

@@ -72,7 +72,8 @@ class Field {
   }
   /// The term of the hidden layer that depends on the direction: directions [R, 3] -> [R, 128]. For all
   /// samples of a ray.
-  Value direction_term(Graph& graph, Value directions) const;
+  /// `keep` [R, 1] is multiplied with the encoded directions: 0 drops a direction.
+  Value direction_term(Graph& graph, Value directions, Value keep = {}) const;
   /// relu(features W + term): [N, 128]; row g of the term [G, 128] serves N / G neighbouring rows. Absent:
   /// the bias alone.
   Value hidden(Graph& graph, Value features, Value direction_term) const;

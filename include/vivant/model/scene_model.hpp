@@ -36,8 +36,11 @@ class SceneModel {
   FieldSamples sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const;
   /// The hidden units of the samples, [R S, 128].
   Value hidden(Graph& graph, const FieldSamples& samples) const;
-  /// Samples rendered on their own. Samples that weigh less than `threshold` are left out, with 0 none: with
-  /// 1e-4 and 128 samples at most 0.0128 of a hidden unit's largest value is lost.
+  /// The rays' hidden units [R, 128] for given weights [R, S]. Samples that weigh less than `threshold` are
+  /// left out, with 0 none: with 1e-4 and 128 samples at most 0.0128 of a hidden unit's largest value is
+  /// lost.
+  Value rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight, double threshold) const;
+  /// Samples rendered on their own. The alpha is the sum of the weights.
   RenderedRays render(Graph& graph, const FieldSamples& samples, double threshold = 0) const;
 
  private:

@@ -67,8 +67,4 @@ struct HumanSamples {
 HumanSamples gather_samples(const SampleTable& table, Value rays, Value jitter, double step,
                             std::int64_t samples_per_ray, std::int64_t capacity = 0);
 
-/// y [rows, C] = x's row k at row ids[k], zeros elsewhere: x [N, C], with or without a count; ids i32 [N],
-/// none twice, -1 for none. Gradient to x.
-Value scatter_rows(Value x, Value ids, std::int64_t rows);
-
 }  // namespace vivant

@@ -1,0 +1,91 @@
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "vivant/model/body_model.hpp"
+#include "vivant/model/field.hpp"
+#include "vivant/ops/bone_correction.hpp"
+#include "vivant/ops/human_samples.hpp"
+
+namespace vivant {
+
+struct HumanOptions {
+  FieldOptions field;
+  double box_margin = 0.1;                     ///< metres between the canonical body and the field's box
+  CanonicalPoseOptions canonical = {};         ///< the X-pose
+  bool distance_prior = true;                  ///< the signed distance to the body shifts the density
+  bool bone_corrections = true;                ///< small corrections of every frame's bones
+  bool error_correction = true;                ///< the paper's E
+  int error_layers = 4, error_width = 128;     ///< of E
+  int error_frequencies = 6, error_codes = 8;  ///< octaves of E's input, numbers of a frame code
+};
+
+/// What is learned of single frames, G rows: parameters while training, one row while rendering.
+struct FrameCodes {
+  Value error;  ///< [G, error_codes]
+  Value bones;  ///< [G, J, 6]
+};
+
+/// What the field says of samples on R rays with at most S samples each; N rows hold the samples that exist.
+struct HumanFieldSamples {
+  Value depths, deltas;    ///< [R, S]
+  Value density = {};      ///< [R, S], 0 where there is no sample
+  Value row_density = {};  ///< [N, 1]
+  Value hidden = {};       ///< [N, 128]
+  Value ids;               ///< i32 [N] place of a row among the R S samples
+  Value correction = {};   ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
+};
+
+/// The person: a radiance field in the canonical pose, corrected there by E and by bone corrections.
+///
+/// Parameters: those of the field, `human.error...`, `human.error_codes`, `human.bone_codes`.
+class HumanModel {
+ public:
+  /// `body`: the person's own shape. `frames`: the number of training frames, each of which has a row of
+  /// codes.
+  HumanModel(Device& device, ParameterStore& store, const Initializer& initializer,
+             const HumanOptions& options, Body body, int frames);
+
+  const Field& field() const { return field_; }
+  const HumanOptions& options() const { return options_; }
+  const BodyModel& body() const { return body_; }
+
+  /// The codes of all training frames.
+  FrameCodes codes(Graph& graph) const;
+  /// What E and the bones add to canonical points, [N, 3] metres, times `fade` [1]; absent when both are off.
+  Value correction(Graph& graph, const HumanSamples& samples, const FrameCodes& codes, Value fade) const;
+  /// Features of canonical points [N, 3] in metres: [N, C].
+  Value features(Graph& graph, Value planes, Value canonical) const;
+  /// Density per metre [N, 1]. The prior adds 2 clamp(-signed_distance / 3 cm, -3, 1) before the activation.
+  Value density(Graph& graph, Value features, Value signed_distance) const;
+  /// Hidden units [N, 128]. `keep` [N, 1] is multiplied with the encoded directions, so that 0 drops them;
+  /// both may be absent.
+  Value hidden(Graph& graph, Value features, Value directions, Value keep = {}) const;
+
+  /// All of these for samples on rays.
+  HumanFieldSamples query(Graph& graph, Value planes, const HumanSamples& samples, const FrameCodes& codes,
+                          Value fade, Value keep = {}) const;
+
+  /// One row of codes, for rendering.
+  struct CodeRow {
+    std::vector<float> error, bones;
+  };
+  /// sum of weight * row over (row, weight); an empty list gives zeros.
+  CodeRow mixed_codes(const std::vector<std::pair<int, double>>& rows) const;
+  /// The mean over all training frames: for novel poses.
+  CodeRow mean_codes() const;
+
+ private:
+  Value error_correction(Graph& graph, const HumanSamples& samples, Value codes) const;
+  SkinTables skin_tables(Graph& graph) const;
+
+  ParameterStore* store_;
+  HumanOptions options_;
+  BodyModel body_;
+  std::vector<Eigen::Vector3d> canonical_joints_;
+  int frames_;
+  Field field_;
+  std::vector<LinearLayer> error_layers_;
+};
+
+}  // namespace vivant

@@ -1,0 +1,216 @@
+#include "vivant/jobs/human_trainer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vivant/io/image.hpp"
+#include "vivant/model/human_losses.hpp"
+#include "vivant/model/human_renderer.hpp"
+#include "vivant/ops/gather.hpp"
+#include "vivant/ops/loss.hpp"
+#include "vivant/ops/reduction.hpp"
+#include "vivant/ops/volume_render.hpp"
+
+namespace vivant {
+namespace {
+
+enum Stream { draw_stream, jitter_stream, direction_stream, box_stream, line_stream, surface_stream };
+
+constexpr std::int64_t line_count = 32, surface_pair_count = 1024;
+constexpr double fade_length = 0.1;  // part of the training over which the corrections fade in
+
+/// 1 where a uniform random number is above a half, else 0.
+Value coin(Value uniform) { return clamp(affine(uniform, 1e6, -0.5e6), 0, 1); }
+
+}  // namespace
+
+HumanOptions human_options(const Config& config) {
+  const auto& human = config.human;
+  HumanOptions options;
+  options.field.encoding = encoding_from(human.planes);
+  options.field.combine = combine_from(human.combine);
+  options.field.plane_size = human.plane_size;
+  options.field.channels = human.plane_channels;
+  options.field.unet_widths = human.unet_widths;
+  options.field.position_frequencies = static_cast<int>(human.position_frequencies);
+  options.field.direction_frequencies = static_cast<int>(human.direction_frequencies);
+  options.field.density_activation = activation_from(human.density);
+  options.field.density_bias = 0;
+  options.box_margin = human.box_margin;
+  options.distance_prior = human.distance_prior;
+  options.bone_corrections = human.bone_corrections;
+  options.error_correction = human.error_correction;
+  options.error_layers = static_cast<int>(human.error_layers);
+  options.error_width = static_cast<int>(human.error_width);
+  return options;
+}
+
+HumanRayOptions human_ray_options(const Config& config) {
+  return {.border = config.human.ray_border,
+          .pool = {.step = config.human.sample_step,
+                   .threshold = config.human.threshold,
+                   .samples_per_ray = config.human.samples}};
+}
+
+HumanTrainer::HumanTrainer(Device& device, const Config& config, const Capture& capture,
+                           ParameterStore& store, const HumanModel& model,
+                           const std::vector<cv::Mat>& backgrounds)
+    : device_(device),
+      config_(config),
+      capture_(capture),
+      model_(model),
+      rays_(device, model.body(), capture, capture.training_frames(), backgrounds, human_ray_options(config)),
+      points_(device, model, static_cast<std::uint64_t>(config.training.seed)) {
+  seed_ = graph_.scalar("seed", DType::i32);
+  random_step_ = graph_.scalar("random step", DType::i32);
+  fade_ = graph_.scalar("fade of the corrections");
+  alpha_decay_ = graph_.scalar("decay of the alpha loss");
+  const Value planes = model.field().planes(graph_);
+  loss_of_rays(planes);
+  loss_of_points(planes);
+  std::vector<std::string> names;
+  Values parameters;
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    if (parameter.name.starts_with("human.") && !parameter.name.starts_with("human.feature")) {
+      names.push_back(parameter.name);
+      parameters.push_back(store.value(graph_, parameter.name));
+    }
+  optimizer_ = std::make_unique<Optimizer>(
+      device, graph_, store, names, differentiate(graph_, loss_, parameters), loss_,
+      Optimizer::Options{.trained = names,
+                         .groups = group_count,
+                         .adam = {.beta1 = config.training.adam_beta1, .beta2 = config.training.adam_beta2}});
+  Values outputs = {loss_, overflow_};
+  for (const auto& [name, term] : terms_) outputs.push_back(term);
+  executor_ = std::make_unique<Executor>(device, graph_, outputs);
+}
+
+void HumanTrainer::add_term(const std::string& name, Value term, double weight) {
+  terms_.emplace_back(name, term);
+  const Value weighted = affine(term, weight);
+  loss_ = loss_ ? add(loss_, weighted) : weighted;
+}
+
+void HumanTrainer::loss_of_rays(Value planes) {
+  const auto& human = config_.human;
+  const std::int64_t count = human.rays * human.batches_per_step, per_ray = rays_.samples().samples_per_ray();
+  // The sum over many random rays stays near its mean; an overflow stops the training.
+  const auto capacity =
+      static_cast<std::int64_t>(1.25 * rays_.mean_samples() * static_cast<double>(count)) + 16 * per_ray;
+  const Value rays = pick(rays_.drawn(graph_), count, key(draw_stream));
+  const HumanSamples samples =
+      gather_samples(rays_.samples().table(graph_), rays, random_uniform({count, 1}, key(jitter_stream)),
+                     rays_.samples().step(), per_ray, std::min(capacity, count * per_ray));
+  overflow_ = samples.overflow;
+
+  const Value coins = broadcast_channels(coin(random_uniform({count, 1}, key(direction_stream))), per_ray);
+  const Value keep = gather_rows(graph_.reshape(coins, {count * per_ray, 1}), samples.ids);
+  const HumanFieldSamples field = model_.query(graph_, planes, samples, model_.codes(graph_), fade_, keep);
+  const RenderWeights weights = render_weights(field.density, field.deltas, field.depths);
+  const Value alpha = sum_channels(weights.weight);
+  const Value colour =
+      model_.field().colour(graph_, weighted_sum(weights.weight, field.hidden, field.ids), alpha);
+
+  const Value mask = image_gather(rays_.masks(graph_), rays),
+              target = image_gather(rays_.colours(graph_), rays);
+  if (human.colour_loss == "composite")
+    add_term("colour", composite_loss(colour, alpha, image_gather(rays_.backgrounds(graph_), rays), target),
+             1);
+  else
+    add_term("colour", masked_colour_loss(colour, mask, target), 1);
+  if (human.mask_weight > 0) add_term("mask", l1_loss(alpha, mask), human.mask_weight);
+  if (human.alpha_weight > 0)
+    add_term("alpha", multiply(alpha_loss(alpha, mask), alpha_decay_), human.alpha_weight);
+  if (human.smpl_weight > 0)
+    add_term(
+        "smpl_rays",
+        body_loss(field.row_density, body_labels(samples.signed_distance, human.free_band, human.free_band),
+                  human.smpl_length),
+        human.smpl_weight);
+  if (human.hard_weight > 0) add_term("hard", hard_loss(weights.weight), human.hard_weight);
+  if (field.correction && human.correction_weight > 0)
+    add_term("correction", l2_loss(field.correction, affine(graph_.detach(field.correction), 0)),
+             human.correction_weight);
+}
+
+void HumanTrainer::loss_of_points(Value planes) {
+  const auto& human = config_.human;
+  if (human.smpl_weight > 0) {
+    const CanonicalPoints::Points box = points_.box(graph_, human.box_points, key(box_stream));
+    const Value density =
+        model_.density(graph_, model_.features(graph_, planes, box.points), box.signed_distance);
+    add_term("smpl_box",
+             body_loss(density, body_labels(box.signed_distance, human.free_band, human.free_band),
+                       human.smpl_length),
+             human.smpl_weight);
+  }
+  if (human.edge_weight > 0) {
+    const CanonicalPoints::Lines lines = points_.lines(graph_, line_count, key(line_stream));
+    const Value features = model_.features(graph_, planes, lines.points.points);
+    add_term("edge", edge_loss(model_.density(graph_, features, lines.points.signed_distance), lines.lengths),
+             human.edge_weight);
+  }
+  if (human.smooth_weight > 0) {
+    const CanonicalPoints::SurfacePairs pairs =
+        points_.surface(graph_, surface_pair_count, key(surface_stream));
+    const Value solid =
+        graph_.constant({surface_pair_count, 1}, std::vector<double>(surface_pair_count, 1.0));
+    const auto colour = [&](Value points) {
+      return model_.field().colour(graph_, model_.hidden(graph_, model_.features(graph_, planes, points), {}),
+                                   solid);
+    };
+    add_term("smooth", surface_colour_loss(colour(pairs.a), colour(pairs.b)), human.smooth_weight);
+  }
+}
+
+void HumanTrainer::run(std::int64_t step) {
+  const auto& human = config_.human;
+  const double done = static_cast<double>(step) / static_cast<double>(std::max<std::int64_t>(1, human.steps));
+  const auto rate = [&](double base) {
+    return scheduled_rate(base, step, human.steps, human.warmup_steps, human.rate_decay);
+  };
+  std::vector<double> rates(group_count, 0.0);
+  rates[group_planes] =
+      rate(model_.options().field.encoding == Encoding::vanilla ? human.plane_rate : human.unet_rate);
+  rates[group_heads] = rate(human.head_rate);
+  rates[group_codes] = rate(human.code_rate);
+  executor_->set(seed_, static_cast<double>(config_.training.seed));
+  executor_->set(random_step_, static_cast<double>(step));
+  executor_->set(fade_, std::clamp((done - human.correction_start) / fade_length, 0.0, 1.0));
+  executor_->set(alpha_decay_, 1 - done);
+  optimizer_->set_step(*executor_, step + 1, rates);
+  executor_->run();
+}
+
+std::map<std::string, double> HumanTrainer::terms() {
+  std::map<std::string, double> values;
+  for (const auto& [name, term] : terms_) values[name] = executor_->read(term)[0];
+  return values;
+}
+
+StepReport HumanTrainer::report(std::int64_t step) {
+  StepReport report;
+  report.step = step;
+  report.loss = executor_->read(loss_)[0];
+  report.rays = static_cast<double>(config_.human.rays * config_.human.batches_per_step);
+  report.more = terms();
+  return report;
+}
+
+std::string HumanTrainer::failure() {
+  if (executor_->read_ints(overflow_)[0] != 0) return "the samples of a batch did not fit: lower human.rays";
+  return optimizer_->failure(*executor_);
+}
+
+void HumanTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {
+  const std::vector<int> held_out = capture_.held_out_frames();
+  const int frame = held_out.empty() ? 0 : held_out.front();
+  HumanRenderer renderer(device_, model_,
+                         {.step = config_.human.render_step, .threshold = config_.human.threshold});
+  cv::Mat picture = capture_.image(frame), person(picture.size(), CV_8UC3, cv::Scalar::all(128));
+  renderer.render(capture_.frames[frame].camera, captured_state(model_, capture_, frame)).draw_over(person);
+  cv::hconcat(picture, person, picture);
+  write_image(folder / (stem + ".png"), picture);
+}
+
+}  // namespace vivant

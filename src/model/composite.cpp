@@ -1,0 +1,38 @@
+#include "vivant/model/composite.hpp"
+
+#include "vivant/ops/merge_samples.hpp"
+#include "vivant/ops/reduction.hpp"
+#include "vivant/ops/volume_render.hpp"
+
+namespace vivant {
+
+Intervals intervals_from(const std::string& name) {
+  if (name == "own") return Intervals::own;
+  if (name == "merged") return Intervals::merged;
+  throw UsageError(fmt::format("unknown intervals '{}': use own or merged", name));
+}
+
+CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSamples& scene_samples,
+                        const HumanFieldSamples& human_samples, Intervals intervals, double threshold) {
+  const Graph::Scope scope(graph, "composite");
+  const Value order = merge_order(scene_samples.depths, human_samples.depths);
+  const Value depths = merge_by(order, scene_samples.depths, human_samples.depths);
+  Value deltas = merge_by(order, scene_samples.deltas, human_samples.deltas);
+  if (intervals == Intervals::merged) deltas = union_deltas(depths, deltas);
+  const RenderWeights weights =
+      render_weights(merge_by(order, scene_samples.density, human_samples.density), deltas, depths);
+  const Split split = split_by(order, weights.weight, scene_samples.depths.shape()[1]);
+  return {.scene_hidden = scene.rendered_hidden(graph, scene_samples, split.a, threshold),
+          .human_hidden = weighted_sum(split.b, human_samples.hidden, human_samples.ids),
+          .scene_alpha = sum_channels(split.a),
+          .human_alpha = sum_channels(split.b),
+          .depth = weights.depth};
+}
+
+Value composite_colour(Graph& graph, const SceneModel& scene, const HumanModel& human,
+                       const CompositeRays& rays) {
+  return add(scene.field().colour(graph, rays.scene_hidden, rays.scene_alpha),
+             human.field().colour(graph, rays.human_hidden, rays.human_alpha));
+}
+
+}  // namespace vivant

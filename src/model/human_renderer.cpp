@@ -1,0 +1,159 @@
+#include "vivant/model/human_renderer.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "vivant/data/camera_table.hpp"
+#include "vivant/ops/reduction.hpp"
+#include "vivant/ops/volume_render.hpp"
+
+namespace vivant {
+
+PersonState captured_state(const HumanModel& model, const Capture& capture, int frame) {
+  const int body_frame = capture.frames.at(frame).body_frame;
+  if (!capture.human || body_frame < 0)
+    fail("{}: the frame {} shows no person", capture.source.string(), capture.frames[frame].name);
+  const std::vector<int> trained = capture.training_frames();
+  const auto after = std::lower_bound(trained.begin(), trained.end(), frame);
+  std::vector<std::pair<int, double>> rows;
+  if (after != trained.end() && (*after == frame || after == trained.begin())) {
+    rows.emplace_back(after - trained.begin(), 1.0);
+  } else if (after == trained.end()) {
+    rows.emplace_back(static_cast<int>(trained.size()) - 1, 1.0);
+  } else {
+    const int row = static_cast<int>(after - trained.begin()) - 1;
+    const double way = static_cast<double>(frame - trained[row]) / (*after - trained[row]);
+    rows = {{row, 1 - way}, {row + 1, way}};
+  }
+  const Motion& poses = capture.human->poses;
+  return {poses.pose[body_frame], poses.translation[body_frame], model.mixed_codes(rows)};
+}
+
+void PersonView::draw_over(cv::Mat& picture) const {
+  for (int y = 0; y < window.height; ++y)
+    for (int x = 0; x < window.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * window.width + x;
+      cv::Vec3b& pixel = picture.at<cv::Vec3b>(window.y + y, window.x + x);
+      for (int c = 0; c < 3; ++c)
+        pixel[c] = cv::saturate_cast<std::uint8_t>(255 * rgb[3 * i + c] + (1 - alpha[i]) * pixel[c]);
+    }
+}
+
+PersonInputs::PersonInputs(Graph& graph, const HumanModel& model)
+    : model_(model), joints_(graph.input("joint transforms", {model.body().body().joint_count(), 12})) {
+  const HumanOptions& options = model.options();
+  if (options.error_correction) codes_.error = graph.input("error code", {1, options.error_codes});
+  if (options.bone_corrections)
+    codes_.bones = graph.input("bone code", {1, model.body().body().joint_count(), 6});
+}
+
+HumanFieldSamples PersonInputs::sample(Graph& graph, Value planes, const Rays& rays,
+                                       const TraceOptions& trace, std::int64_t capacity,
+                                       bool view_direction) {
+  const BodyModel::Posed posed = model_.body().pose(graph, joints_);
+  const TracedSamples traced =
+      trace_samples(rays.origins, rays.directions, posed.mesh, posed.transforms, trace);
+  const std::int64_t count = rays.origins.shape()[0];
+  std::vector<std::int32_t> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  const SampleTable table{.records = traced.records,
+                          .offsets = traced.offsets,
+                          .frames = {},
+                          .roots = model_.body().root_rays(rays.origins, rays.directions, joints_)};
+  HumanSamples samples = gather_samples(table, graph.constant({count}, std::span<const std::int32_t>(all)),
+                                        {}, trace.step, trace.samples_per_ray, capacity);
+  overflow_ = samples.overflow;
+  if (!view_direction) samples.directions = {};
+  const Value one = graph.constant({1}, std::vector<double>{1});
+  return model_.query(graph, planes, samples, codes_, one);
+}
+
+void PersonInputs::write(Executor& executor, const PersonState& state) const {
+  const std::vector<double> rows =
+      transform_rows(joint_transforms(model_.body().body(), state.pose, state.translation));
+  executor.write(joints_, std::span<const double>(rows));
+  if (codes_.error) executor.write(codes_.error, std::span<const float>(state.codes.error));
+  if (codes_.bones) executor.write(codes_.bones, std::span<const float>(state.codes.bones));
+}
+
+HumanRenderer::HumanRenderer(Device& device, const HumanModel& model, const Options& options)
+    : device_(device), model_(model), options_(options), capacity_(48 * options.tile_rays) {
+  Graph graph;
+  const Value planes = model.field().planes(graph);
+  if (!planes) return;
+  planes_shape_ = planes.shape();
+  planes_ = std::make_shared<Buffer>(device.allocate(planes.elements() * sizeof(float)));
+  graph.assign(graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0}), planes);
+  Executor(device, graph, {}).run();
+}
+
+void HumanRenderer::build(int width, int height) {
+  executor_.reset();
+  width_ = width;
+  height_ = height;
+  graph_ = std::make_unique<Graph>();
+  Graph& graph = *graph_;
+  const Value planes =
+      planes_ ? graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0}) : Value{};
+  camera_ = graph.input("camera", {1, camera_table_columns});
+  pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
+  person_ = std::make_unique<PersonInputs>(graph, model_);
+  const Rays rays = ray_generation(camera_, pixels_, width, height);
+  const HumanFieldSamples samples = person_->sample(
+      graph, planes, rays,
+      {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray_},
+      capacity_, options_.view_direction);
+  const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
+  alpha_ = sum_channels(weights.weight);
+  depth_ = weights.depth;
+  rgb_ = model_.field().colour(graph, weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
+  executor_ = std::make_unique<Executor>(device_, graph, Values{rgb_, alpha_, depth_, person_->overflow()});
+}
+
+PersonView HumanRenderer::render(const Camera& camera, const PersonState& state) {
+  if (!executor_ || width_ != camera.width || height_ != camera.height) build(camera.width, camera.height);
+  const Body& body = model_.body().body();
+  PersonView view;
+  view.window = visible_window(camera, skin(body, joint_transforms(body, state.pose, state.translation)),
+                               options_.threshold);
+  if (view.window.empty()) return view;
+  std::vector<std::int32_t> pixels;
+  for (int y = view.window.y; y < view.window.y + view.window.height; ++y)
+    for (int x = view.window.x; x < view.window.x + view.window.width; ++x)
+      pixels.push_back(y * camera.width + x);
+  view.rgb.resize(3 * pixels.size());
+  view.alpha.resize(pixels.size());
+  view.depth.resize(pixels.size());
+  const auto prepare = [&] {
+    executor_->write(camera_, std::span<const float>(camera_table(std::span(&camera, 1))));
+    person_->write(*executor_, state);
+  };
+  prepare();
+  const auto tile = static_cast<std::size_t>(options_.tile_rays);
+  for (std::size_t first = 0; first < pixels.size();) {
+    std::vector<std::int32_t> ids(tile);
+    for (std::size_t i = 0; i < tile; ++i) ids[i] = pixels[std::min(first + i, pixels.size() - 1)];
+    executor_->write(pixels_, std::span<const std::int32_t>(ids));
+    executor_->run();
+    if (executor_->read_ints(person_->overflow())[0] != 0) {  // once more with room for more samples
+      capacity_ = std::min(2 * capacity_, options_.tile_rays * samples_per_ray_);
+      build(camera.width, camera.height);
+      prepare();
+      continue;
+    }
+    const std::size_t count = std::min(tile, pixels.size() - first);
+    const auto copy = [&](Value value, std::vector<float>& to, std::size_t channels) {
+      const std::vector<float> data = executor_->read(value);
+      std::copy_n(data.begin(), count * channels, to.begin() + static_cast<std::ptrdiff_t>(first * channels));
+    };
+    copy(rgb_, view.rgb, 3);
+    copy(alpha_, view.alpha, 1);
+    copy(depth_, view.depth, 1);
+    first += count;
+  }
+  for (std::size_t i = 0; i < view.depth.size(); ++i)
+    view.depth[i] = view.alpha[i] > 0 ? view.depth[i] / view.alpha[i] : 0;
+  return view;
+}
+
+}  // namespace vivant
