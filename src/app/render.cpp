@@ -26,17 +26,22 @@ std::pair<int, int> parse_range(const std::string& text) {
 }  // namespace
 
 void add_render(CLI::App& app, const Globals& globals) {
-  CLI::App* command = app.add_subcommand("render", "Render views of a run's background");
+  CLI::App* command = app.add_subcommand("render", "Render views of a run");
   command->footer(
       "Examples:\n"
       "  vivant render runs/first --views test -o held-out\n"
       "  vivant render runs/first --views orbit --orbit-angle 20 -o orbit.mp4\n"
+      "  vivant render runs/first --motion dance.bvh -o dance.mp4\n"
       "  vivant render runs/first --views path.json --size 960x540 --frames 0:24 -o path.mp4");
   const auto options = std::make_shared<RenderOptions>();
   command->add_option("RUN", options->run, "folder of a trained run")->required();
-  command->add_option("--views", options->views, "train, test, orbit or a camera path as JSON")
-      ->capture_default_str()
-      ->type_name("VIEWS");
+  CLI::Option* views =
+      command
+          ->add_option(
+              "--views", options->views,
+              "train, test, first, orbit or a camera path as JSON; with --motion first is the default")
+          ->capture_default_str()
+          ->type_name("VIEWS");
   command
       ->add_option("--orbit-angle", options->orbit_angle, "degrees to each side of the middle frame's camera")
       ->capture_default_str();
@@ -53,10 +58,19 @@ void add_render(CLI::App& app, const Globals& globals) {
           "--frames", [options](const std::string& text) { options->frames = parse_range(text); },
           "only these views, the end left out")
       ->type_name("FIRST:END");
+  command
+      ->add_option("--motion", options->motion, "animates the person: .safetensors poses, .bvh or AMASS .npz")
+      ->type_name("FILE");
+  command->add_option("--motion-names", options->mapping, "JSON object {body joint: joint of the BVH file}")
+      ->type_name("FILE");
+  command->add_option("--layers", options->layers, "what is shown")
+      ->check(CLI::IsMember({"both", "scene", "human"}))
+      ->capture_default_str();
   command->add_option("-o,--output", options->output, "a film (.mp4) or a folder for pictures")
       ->required()
       ->type_name("FILE|DIR");
-  command->callback([options, &globals] {
+  command->callback([options, views, &globals] {
+    if (!options->motion.empty() && views->count() == 0) options->views = "first";
     Device device(globals.device);
     Progress progress(globals.progress, globals.verbose);
     render(device, *options, progress);

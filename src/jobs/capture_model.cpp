@@ -24,6 +24,27 @@ FieldOptions scene_field_options(const Config& config, const SceneSpace& space) 
   return options;
 }
 
+HumanOptions human_options(const Config& config) {
+  const auto& human = config.human;
+  HumanOptions options;
+  options.field.encoding = encoding_from(human.planes);
+  options.field.combine = combine_from(human.combine);
+  options.field.plane_size = human.plane_size;
+  options.field.channels = human.plane_channels;
+  options.field.unet_widths = human.unet_widths;
+  options.field.position_frequencies = static_cast<int>(human.position_frequencies);
+  options.field.direction_frequencies = static_cast<int>(human.direction_frequencies);
+  options.field.density_activation = activation_from(human.density);
+  options.field.density_bias = 0;
+  options.box_margin = human.box_margin;
+  options.distance_prior = human.distance_prior;
+  options.bone_corrections = human.bone_corrections;
+  options.error_correction = human.error_correction;
+  options.error_layers = static_cast<int>(human.error_layers);
+  options.error_width = static_cast<int>(human.error_width);
+  return options;
+}
+
 }  // namespace
 
 CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& capture) : device_(device) {
@@ -38,7 +59,21 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
       device, store_, initializer, options, space,
       static_cast<int>(space.shell ? config.scene.shell_samples : config.scene.samples),
       occupied ? occupied_points(space, capture.points) : std::vector<float>{});
+  if (capture.human)
+    human_ = std::make_unique<HumanModel>(device, store_, initializer, human_options(config),
+                                          shaped(capture.human->body, capture.human->poses.shape),
+                                          static_cast<int>(capture.training_frames().size()));
   store_.allocate(device);
+}
+
+HumanModel::CodeRow novel_codes(const Config& config, const HumanModel& model) {
+  return config.human.novel_codes == "mean" ? model.mean_codes() : model.mixed_codes({});
+}
+
+HumanRenderer::Options human_renderer_options(const Config& config, bool view_direction) {
+  return {.step = config.human.render_step,
+          .threshold = config.human.threshold,
+          .view_direction = view_direction};
 }
 
 }  // namespace vivant

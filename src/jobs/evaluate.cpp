@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vivant/jobs/open_run.hpp"
-#include "vivant/model/view_renderer.hpp"
+#include "vivant/model/composite_renderer.hpp"
 
 namespace vivant {
 
@@ -46,38 +46,101 @@ double ssim(const cv::Mat& a, const cv::Mat& b) {
   return cv::mean(ratio)[0];
 }
 
+namespace {
+
+/// Intersection over union of two silhouettes.
+double overlap(const cv::Mat& a, const cv::Mat& b) {
+  return static_cast<double>(cv::countNonZero(a & b)) / std::max(1, cv::countNonZero(a | b));
+}
+
+/// What is rendered of a held-out frame and what it is compared with.
+FrameScore score(const CaptureFrame& frame, const cv::Mat& truth, const cv::Mat& mask,
+                 const cv::Mat& rendered, const cv::Mat& person) {
+  FrameScore score{frame.name, 0, ssim(rendered, truth), {}, {}};
+  const cv::Mat on_person = mask >= 128;
+  score.psnr = person.empty() ? psnr(rendered, truth, 255 - mask) : psnr(rendered, truth);
+  if (person.empty() || cv::countNonZero(on_person) == 0) return score;
+  score.person_psnr = psnr(rendered, truth, on_person);
+  score.silhouette_iou = overlap(person > 0.5, on_person);
+  return score;
+}
+
+/// The mean of what the frames have of a score.
+std::optional<double> mean_of(const std::vector<FrameScore>& frames,
+                              std::optional<double> FrameScore::*member) {
+  double sum = 0;
+  int count = 0;
+  for (const FrameScore& frame : frames)
+    if (frame.*member) {
+      sum += *(frame.*member);
+      ++count;
+    }
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
+}
+
+std::string cell(const std::optional<double>& number, int digits) {
+  return number ? fmt::format("{:>8.{}f}", *number, digits) : fmt::format("{:>8}", "-");
+}
+
+std::string row(const std::string& name, const FrameScore& score) {
+  return fmt::format("{:<32} {:>8.2f} {:>8.4f} {} {}\n", name, score.psnr, score.ssim,
+                     cell(score.person_psnr, 2), cell(score.silhouette_iou, 3));
+}
+
+nlohmann::json json_of(const FrameScore& score) {
+  nlohmann::json json = {{"psnr", score.psnr}, {"ssim", score.ssim}};
+  if (score.person_psnr) json["person_psnr"] = *score.person_psnr;
+  if (score.silhouette_iou) json["silhouette_iou"] = *score.silhouette_iou;
+  return json;
+}
+
+}  // namespace
+
 std::string Evaluation::table() const {
-  std::string text = fmt::format("{:<32} {:>8} {:>8}\n", "held-out frame", "PSNR", "SSIM");
-  for (const FrameScore& score : frames)
-    text += fmt::format("{:<32} {:>8.2f} {:>8.4f}\n", score.frame, score.psnr, score.ssim);
-  return text + fmt::format("{:<32} {:>8.2f} {:>8.4f}\n", "mean", mean_psnr, mean_ssim);
+  std::string text =
+      fmt::format("{:<32} {:>8} {:>8} {:>8} {:>8}\n", "held-out frame", "PSNR", "SSIM", "person", "IoU");
+  for (const FrameScore& score : frames) text += row(score.frame, score);
+  return text + row("mean", mean);
 }
 
 std::string Evaluation::json() const {
   nlohmann::json rows = nlohmann::json::array();
-  for (const FrameScore& score : frames)
-    rows.push_back({{"frame", score.frame}, {"psnr", score.psnr}, {"ssim", score.ssim}});
-  return nlohmann::json{{"frames", rows}, {"psnr", mean_psnr}, {"ssim", mean_ssim}}.dump(1);
+  for (const FrameScore& score : frames) {
+    rows.push_back(json_of(score));
+    rows.back()["frame"] = score.frame;
+  }
+  nlohmann::json all = json_of(mean);
+  all["frames"] = rows;
+  return all.dump(1);
 }
 
 Evaluation evaluate(Device& device, const std::filesystem::path& path, Progress& progress) {
   const OpenRun run = open_run(device, path, progress);
   const std::vector<int> held_out = run.capture.held_out_frames();
   if (held_out.empty()) fail("{}: the capture holds out no frames to compare with", path.string());
-  SceneRenderer renderer(device, run.model->scene(), {});
+  std::optional<SceneRenderer> scene;
+  std::optional<CompositeRenderer> both;
+  if (const HumanModel* human = run.model->human())
+    both.emplace(device, run.model->scene(), *human, human_renderer_options(run.config, true));
+  else
+    scene.emplace(device, run.model->scene(), SceneRenderer::Options{});
   Evaluation evaluation;
   progress.begin("eval", 0, static_cast<std::int64_t>(held_out.size()));
   for (const int index : held_out) {
     const CaptureFrame& frame = run.capture.frames[index];
-    const cv::Mat truth = run.capture.image(index);
-    const cv::Mat mask = run.capture.mask(index);
-    const cv::Mat rendered = renderer.render(frame.camera).rgb8();
-    FrameScore score{frame.name, psnr(rendered, truth, 255 - mask), ssim(rendered, truth)};
-    evaluation.mean_psnr += score.psnr / static_cast<double>(held_out.size());
-    evaluation.mean_ssim += score.ssim / static_cast<double>(held_out.size());
-    evaluation.frames.push_back(std::move(score));
+    CompositeRenderer::View view;
+    if (both)
+      view = both->render(frame.camera, captured_state(*run.model->human(), run.capture, index));
+    else
+      view.picture = scene->render(frame.camera);
+    evaluation.frames.push_back(
+        score(frame, run.capture.image(index), run.capture.mask(index), view.picture.rgb8(), view.person));
+    evaluation.mean.psnr += evaluation.frames.back().psnr / static_cast<double>(held_out.size());
+    evaluation.mean.ssim += evaluation.frames.back().ssim / static_cast<double>(held_out.size());
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
   }
+  evaluation.mean.person_psnr = mean_of(evaluation.frames, &FrameScore::person_psnr);
+  evaluation.mean.silhouette_iou = mean_of(evaluation.frames, &FrameScore::silhouette_iou);
   progress.end();
   return evaluation;
 }

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/capture_model.hpp"
 #include "vivant/model/human_losses.hpp"
-#include "vivant/model/human_renderer.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
 #include "vivant/ops/reduction.hpp"
@@ -23,27 +23,6 @@ constexpr double fade_length = 0.1;  // part of the training over which the corr
 Value coin(Value uniform) { return clamp(affine(uniform, 1e6, -0.5e6), 0, 1); }
 
 }  // namespace
-
-HumanOptions human_options(const Config& config) {
-  const auto& human = config.human;
-  HumanOptions options;
-  options.field.encoding = encoding_from(human.planes);
-  options.field.combine = combine_from(human.combine);
-  options.field.plane_size = human.plane_size;
-  options.field.channels = human.plane_channels;
-  options.field.unet_widths = human.unet_widths;
-  options.field.position_frequencies = static_cast<int>(human.position_frequencies);
-  options.field.direction_frequencies = static_cast<int>(human.direction_frequencies);
-  options.field.density_activation = activation_from(human.density);
-  options.field.density_bias = 0;
-  options.box_margin = human.box_margin;
-  options.distance_prior = human.distance_prior;
-  options.bone_corrections = human.bone_corrections;
-  options.error_correction = human.error_correction;
-  options.error_layers = static_cast<int>(human.error_layers);
-  options.error_width = static_cast<int>(human.error_width);
-  return options;
-}
 
 HumanRayOptions human_ray_options(const Config& config) {
   return {.border = config.human.ray_border,
@@ -205,8 +184,7 @@ std::string HumanTrainer::failure() {
 void HumanTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {
   const std::vector<int> held_out = capture_.held_out_frames();
   const int frame = held_out.empty() ? 0 : held_out.front();
-  HumanRenderer renderer(device_, model_,
-                         {.step = config_.human.render_step, .threshold = config_.human.threshold});
+  HumanRenderer renderer(device_, model_, human_renderer_options(config_, true));
   cv::Mat picture = capture_.image(frame), person(picture.size(), CV_8UC3, cv::Scalar::all(128));
   renderer.render(capture_.frames[frame].camera, captured_state(model_, capture_, frame)).draw_over(person);
   cv::hconcat(picture, person, picture);

@@ -5,8 +5,10 @@
 
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/human_trainer.hpp"
 #include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/scene_trainer.hpp"
+#include "vivant/model/composite_renderer.hpp"
 
 namespace vivant {
 namespace {
@@ -64,12 +66,18 @@ void train(Device& device, const TrainOptions& options, Progress& progress) {
 
   CaptureModel model(device, config, *capture);
   const DeviceCapture data(device, *capture, capture->training_frames());
-  const std::vector<Stage> stages = {
+  std::vector<Stage> stages = {
       {"reconstruct", "scene", config.scene.steps,
        [&] {
          return std::make_unique<SceneTrainer>(device, config, *capture, data, model.store(), model.scene());
        }},
   };
+  if (const HumanModel* human = model.human())
+    stages.push_back({"reconstruct", "human", config.human.steps, [&, human] {
+                        return std::make_unique<HumanTrainer>(
+                            device, config, *capture, model.store(), *human,
+                            render_backgrounds(device, model.scene(), *capture, data.frames()));
+                      }});
 
   std::size_t current = 0;
   std::int64_t first_step = 0;

@@ -29,6 +29,10 @@ PersonState captured_state(const HumanModel& model, const Capture& capture, int 
   return {poses.pose[body_frame], poses.translation[body_frame], model.mixed_codes(rows)};
 }
 
+PersonState novel_state(const Motion& motion, int frame, const HumanModel::CodeRow& codes) {
+  return {motion.pose.at(frame), motion.translation.at(frame), codes};
+}
+
 void PersonView::draw_over(cv::Mat& picture) const {
   for (int y = 0; y < window.height; ++y)
     for (int x = 0; x < window.width; ++x) {
@@ -37,6 +41,19 @@ void PersonView::draw_over(cv::Mat& picture) const {
       for (int c = 0; c < 3; ++c)
         pixel[c] = cv::saturate_cast<std::uint8_t>(255 * rgb[3 * i + c] + (1 - alpha[i]) * pixel[c]);
     }
+}
+
+cv::Mat PersonView::rgba8(int width, int height) const {
+  cv::Mat picture(height, width, CV_8UC4, cv::Scalar::all(0));
+  for (int y = 0; y < window.height; ++y)
+    for (int x = 0; x < window.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * window.width + x;
+      cv::Vec4b& pixel = picture.at<cv::Vec4b>(window.y + y, window.x + x);
+      for (int c = 0; c < 3 && alpha[i] > 0; ++c)
+        pixel[c] = cv::saturate_cast<std::uint8_t>(255 * rgb[3 * i + c] / alpha[i]);
+      pixel[3] = cv::saturate_cast<std::uint8_t>(255 * alpha[i]);
+    }
+  return picture;
 }
 
 PersonInputs::PersonInputs(Graph& graph, const HumanModel& model)
@@ -77,14 +94,12 @@ void PersonInputs::write(Executor& executor, const PersonState& state) const {
 }
 
 HumanRenderer::HumanRenderer(Device& device, const HumanModel& model, const Options& options)
-    : device_(device), model_(model), options_(options), capacity_(48 * options.tile_rays) {
-  Graph graph;
-  const Value planes = model.field().planes(graph);
-  if (!planes) return;
-  planes_shape_ = planes.shape();
-  planes_ = std::make_shared<Buffer>(device.allocate(planes.elements() * sizeof(float)));
-  graph.assign(graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0}), planes);
-  Executor(device, graph, {}).run();
+    : device_(device),
+      model_(model),
+      options_(options),
+      planes_(device, model.field()),
+      capacity_(48 * options.tile_rays) {
+  if (options.scene) scene_planes_.emplace(device, options.scene->field());
 }
 
 void HumanRenderer::build(int width, int height) {
@@ -93,21 +108,31 @@ void HumanRenderer::build(int width, int height) {
   height_ = height;
   graph_ = std::make_unique<Graph>();
   Graph& graph = *graph_;
-  const Value planes =
-      planes_ ? graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0}) : Value{};
   camera_ = graph.input("camera", {1, camera_table_columns});
   pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
   person_ = std::make_unique<PersonInputs>(graph, model_);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
   const HumanFieldSamples samples = person_->sample(
-      graph, planes, rays,
+      graph, planes_.value(graph), rays,
       {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray_},
       capacity_, options_.view_direction);
-  const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
-  alpha_ = sum_channels(weights.weight);
-  depth_ = weights.depth;
-  rgb_ = model_.field().colour(graph, weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
-  executor_ = std::make_unique<Executor>(device_, graph, Values{rgb_, alpha_, depth_, person_->overflow()});
+  if (options_.scene) {
+    const SceneModel& scene = *options_.scene;
+    const CompositeRays both =
+        composite(graph, scene, scene.sample(graph, scene_planes_->value(graph), rays, nullptr), samples,
+                  options_.intervals, options_.weight_threshold);
+    rgb_ = composite_colour(graph, scene, model_, both);
+    alpha_ = both.human_alpha;
+    opacity_ = add(both.scene_alpha, both.human_alpha);
+    depth_ = both.depth;
+  } else {
+    const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
+    opacity_ = alpha_ = sum_channels(weights.weight);
+    depth_ = weights.depth;
+    rgb_ = model_.field().colour(graph, weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
+  }
+  executor_ =
+      std::make_unique<Executor>(device_, graph, Values{rgb_, alpha_, opacity_, depth_, person_->overflow()});
 }
 
 PersonView HumanRenderer::render(const Camera& camera, const PersonState& state) {
@@ -123,6 +148,7 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
       pixels.push_back(y * camera.width + x);
   view.rgb.resize(3 * pixels.size());
   view.alpha.resize(pixels.size());
+  view.opacity.resize(pixels.size());
   view.depth.resize(pixels.size());
   const auto prepare = [&] {
     executor_->write(camera_, std::span<const float>(camera_table(std::span(&camera, 1))));
@@ -148,11 +174,12 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
     };
     copy(rgb_, view.rgb, 3);
     copy(alpha_, view.alpha, 1);
+    copy(opacity_, view.opacity, 1);
     copy(depth_, view.depth, 1);
     first += count;
   }
   for (std::size_t i = 0; i < view.depth.size(); ++i)
-    view.depth[i] = view.alpha[i] > 0 ? view.depth[i] / view.alpha[i] : 0;
+    view.depth[i] = view.opacity[i] > 0 ? view.depth[i] / view.opacity[i] : 0;
   return view;
 }
 

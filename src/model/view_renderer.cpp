@@ -16,16 +16,7 @@ cv::Mat RenderedView::rgb8() const {
 }
 
 SceneRenderer::SceneRenderer(Device& device, const SceneModel& scene, Options options)
-    : device_(device), scene_(scene), options_(options) {
-  Graph graph;
-  const Value planes = scene.field().planes(graph);
-  if (!planes) return;
-  planes_shape_ = planes.shape();
-  planes_ = std::make_shared<Buffer>(device.allocate(planes.elements() * sizeof(float)));
-  const Value baked = graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0});
-  graph.assign(baked, planes);
-  Executor(device, graph, {}).run();
-}
+    : device_(device), scene_(scene), options_(options), planes_(device, scene.field()) {}
 
 void SceneRenderer::build(int width, int height) {
   executor_.reset();
@@ -33,13 +24,11 @@ void SceneRenderer::build(int width, int height) {
   height_ = height;
   graph_ = std::make_unique<Graph>();
   Graph& graph = *graph_;
-  const Value planes =
-      planes_ ? graph.external("baked planes", {DType::real, planes_shape_}, {planes_, 0}) : Value{};
   const std::vector<float> table = camera_table(std::vector<Camera>(1));
   camera_ = graph.input("camera", {1, static_cast<std::int64_t>(table.size())});
   pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
-  const FieldSamples samples = scene_.sample(graph, planes, rays, nullptr);
+  const FieldSamples samples = scene_.sample(graph, planes_.value(graph), rays, nullptr);
   const RenderedRays rendered = scene_.render(graph, samples, options_.weight_threshold);
   rgb_ = scene_.field().colour(graph, rendered.hidden, rendered.alpha);
   alpha_ = rendered.alpha;

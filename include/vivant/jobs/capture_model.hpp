@@ -4,6 +4,7 @@
 #include "vivant/data/capture.hpp"
 #include "vivant/io/checkpoint.hpp"
 #include "vivant/jobs/config.hpp"
+#include "vivant/model/human_renderer.hpp"
 #include "vivant/model/scene_model.hpp"
 
 namespace vivant {
@@ -18,11 +19,20 @@ class CaptureModel {
   Device& device() { return device_; }
   ParameterStore& store() { return store_; }
   const SceneModel& scene() const { return *scene_; }
+  /// The person; null for a capture without one.
+  const HumanModel* human() const { return human_.get(); }
 
  private:
   Device& device_;
   ParameterStore store_;
   std::unique_ptr<SceneModel> scene_;
+  std::unique_ptr<HumanModel> human_;
 };
+
+/// The codes of poses that were not trained on.
+HumanModel::CodeRow novel_codes(const Config& config, const HumanModel& model);
+
+/// How the person of a run is rendered. `view_direction`: for poses that were trained on, or near to them.
+HumanRenderer::Options human_renderer_options(const Config& config, bool view_direction);
 
 }  // namespace vivant

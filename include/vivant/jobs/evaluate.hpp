@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,18 +20,19 @@ double ssim(const cv::Mat& a, const cv::Mat& b);
 struct FrameScore {
   std::string frame;
   double psnr = 0, ssim = 0;
+  std::optional<double> person_psnr, silhouette_iou;  ///< over the mask's pixels; of alpha > 1/2 and the mask
 };
 
 /// How well a run renders the held-out frames of its capture.
 struct Evaluation {
   std::vector<FrameScore> frames;
-  double mean_psnr = 0, mean_ssim = 0;  ///< of the frames
+  FrameScore mean;  ///< of the frames
   std::string table() const;
   std::string json() const;
 };
 
 /// Renders every held-out frame and compares it with its picture, which must still be where the capture was.
-/// The pixels of the mask are left out where the capture has one, as only the background is rendered.
+/// Whole frames when the run has a person; else the pixels of the mask are left out.
 Evaluation evaluate(Device& device, const std::filesystem::path& run, Progress& progress);
 
 }  // namespace vivant

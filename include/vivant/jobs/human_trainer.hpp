@@ -10,8 +10,6 @@
 
 namespace vivant {
 
-/// The model's settings of a configuration.
-HumanOptions human_options(const Config& config);
 /// How the rays of the training are traced.
 HumanRayOptions human_ray_options(const Config& config);
 

@@ -1,9 +1,11 @@
 #pragma once
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "vivant/graph/executor.hpp"
-#include "vivant/model/human_model.hpp"
+#include "vivant/model/baked_planes.hpp"
+#include "vivant/model/composite.hpp"
 #include "vivant/ops/rays.hpp"
 
 namespace vivant {
@@ -19,6 +21,9 @@ struct PersonState {
 /// with those of the nearest trained frames before and after, mixed by distance. Rows of the codes are
 /// `capture.training_frames()`.
 PersonState captured_state(const HumanModel& model, const Capture& capture, int frame);
+
+/// The person in a pose that was not trained on, with `codes` (HumanModel::mean_codes or zeros).
+PersonState novel_state(const Motion& motion, int frame, const HumanModel::CodeRow& codes);
 
 /// The inputs of a graph that renders the person in any pose.
 class PersonInputs {
@@ -38,18 +43,21 @@ class PersonInputs {
   FrameCodes codes_;
 };
 
-/// A picture of the person alone: a window of the image, empty elsewhere.
+/// The window of a picture in which the person is: alone, or with the scene around.
 struct PersonView {
   PixelWindow window;
-  std::vector<float> rgb;    ///< [h, w, 3] premultiplied with alpha, not clamped
-  std::vector<float> alpha;  ///< [h, w]
-  std::vector<float> depth;  ///< [h, w] expected depth along the ray, 0 where alpha is 0
+  std::vector<float> rgb;      ///< [h, w, 3] not clamped; the person alone is premultiplied with alpha
+  std::vector<float> alpha;    ///< [h, w] of the person
+  std::vector<float> opacity;  ///< [h, w] of person and scene together
+  std::vector<float> depth;    ///< [h, w] expected depth along the ray; 0 where nothing is
 
-  /// Puts the person over a picture, CV_8UC3 RGB.
+  /// Puts the person alone over a picture, CV_8UC3 RGB.
   void draw_over(cv::Mat& picture) const;
+  /// The person alone as a whole picture, CV_8UC4 RGBA, not premultiplied.
+  cv::Mat rgba8(int width, int height) const;
 };
 
-/// Renders the person alone from any camera in any pose. Planes are baked once.
+/// Renders the person from any camera in any pose, alone or in a scene. Planes are baked once.
 class HumanRenderer {
  public:
   struct Options {
@@ -57,6 +65,9 @@ class HumanRenderer {
     double threshold = 0.08;  ///< metres: samples farther from the body are empty
     std::int64_t tile_rays = 2048;
     bool view_direction = true;
+    const SceneModel* scene = nullptr;  ///< absent: the person alone
+    Intervals intervals = Intervals::own;
+    double weight_threshold = 1e-4;  ///< scene samples that weigh less are left out; 0: none
   };
   HumanRenderer(Device& device, const HumanModel& model, const Options& options);
   PersonView render(const Camera& camera, const PersonState& state);
@@ -67,13 +78,13 @@ class HumanRenderer {
   Device& device_;
   const HumanModel& model_;
   Options options_;
-  std::shared_ptr<Buffer> planes_;
-  Shape planes_shape_;
+  BakedPlanes planes_;
+  std::optional<BakedPlanes> scene_planes_;
   std::int64_t samples_per_ray_ = 128, capacity_;
   int width_ = 0, height_ = 0;  // of the graph below
   std::unique_ptr<Graph> graph_;
   std::unique_ptr<PersonInputs> person_;
-  Value camera_, pixels_, rgb_, alpha_, depth_;
+  Value camera_, pixels_, rgb_, alpha_, opacity_, depth_;
   std::unique_ptr<Executor> executor_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "vivant/data/camera.hpp"
 #include "vivant/graph/executor.hpp"
+#include "vivant/model/baked_planes.hpp"
 #include "vivant/model/scene_model.hpp"
 
 namespace vivant {
@@ -37,8 +38,7 @@ class SceneRenderer {
   Device& device_;
   const SceneModel& scene_;
   Options options_;
-  std::shared_ptr<Buffer> planes_;
-  Shape planes_shape_;
+  BakedPlanes planes_;
   int width_ = 0, height_ = 0;  // of the graph below
   std::unique_ptr<Graph> graph_;
   Value camera_, pixels_, rgb_, alpha_, depth_, overflow_;
