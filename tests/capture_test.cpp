@@ -216,6 +216,7 @@ TEST_CASE("capture: written and read again it is the same; a run can be moved") 
     CHECK(cv::norm(copy.mask(i), capture.mask(i), cv::NORM_INF) == 0);
   }
   CHECK(copy.fps == capture.fps);
+  CHECK(copy.scene_box_given == capture.scene_box_given);  // it decides on the space of the scene
   CHECK(copy.scene_box.min == capture.scene_box.min);
   CHECK(copy.scene_box.max == capture.scene_box.max);
   CHECK(copy.points.positions == capture.points.positions);

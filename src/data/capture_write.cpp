@@ -61,7 +61,6 @@ void write_capture(const Capture& capture, const fs::path& folder) {
 
 void copy_capture_essentials(const Capture& capture, const fs::path& run_folder) {
   Capture copy = capture;
-  copy.scene_box_given = true;
   for (CaptureFrame& frame : copy.frames) {
     frame.name = fs::absolute(frame.image_path).lexically_normal().string();
     if (!frame.mask_name.empty()) frame.mask_name = fs::absolute(frame.mask_path).lexically_normal().string();

@@ -53,30 +53,29 @@ void show_plan(Device& device, const TrainOptions& options) {
 
 void train(Device& device, const TrainOptions& options, Progress& progress) {
   if (options.print_plan || !options.dot.empty()) return show_plan(device, options);
-  std::optional<Capture> capture;
+  std::optional<Capture> given;
   if (!options.resume)
-    capture = load_capture(options.capture);  // before the folder: a bad capture leaves no run behind
+    given = load_capture(options.capture);  // before the folder: a bad capture leaves no run behind
   const RunFolder run = open_run(options);
   const Config config = config_of(options, run);
   progress.record_in(run);
-  if (options.resume)
-    capture = load_capture(run.capture());
-  else
-    copy_capture_essentials(*capture, run.path());
+  if (given) copy_capture_essentials(*given, run.path());
+  // Always the copy, so that a resumed run sees the same numbers to the last bit.
+  const Capture capture = load_capture(run.capture());
 
-  CaptureModel model(device, config, *capture);
-  const DeviceCapture data(device, *capture, capture->training_frames());
+  CaptureModel model(device, config, capture);
+  const DeviceCapture data(device, capture, capture.training_frames());
   std::vector<Stage> stages = {
       {"reconstruct", "scene", config.scene.steps,
        [&] {
-         return std::make_unique<SceneTrainer>(device, config, *capture, data, model.store(), model.scene());
+         return std::make_unique<SceneTrainer>(device, config, capture, data, model.store(), model.scene());
        }},
   };
   if (const HumanModel* human = model.human())
     stages.push_back({"reconstruct", "human", config.human.steps, [&, human] {
                         return std::make_unique<HumanTrainer>(
-                            device, config, *capture, model.store(), *human,
-                            render_backgrounds(device, model.scene(), *capture, data.frames()));
+                            device, config, capture, model.store(), *human,
+                            render_backgrounds(device, model.scene(), capture, data.frames()));
                       }});
 
   std::size_t current = 0;
