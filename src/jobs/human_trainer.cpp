@@ -83,7 +83,10 @@ void HumanTrainer::loss_of_rays(Value planes) {
   overflow_ = samples.overflow;
 
   const Value coins = broadcast_channels(coin(random_uniform({count, 1}, key(direction_stream))), per_ray);
-  const Value keep = gather_rows(graph_.reshape(coins, {count * per_ray, 1}), samples.ids);
+  // Ids beyond the count are undefined and must not be followed.
+  const Value live_ids =
+      graph_.with_count(graph_.reshape(samples.ids, {samples.ids.elements(), 1}), samples.points.count());
+  const Value keep = gather_rows(graph_.reshape(coins, {count * per_ray, 1}), live_ids, IdOrder::ascending);
   const HumanFieldSamples field = model_.query(graph_, planes, samples, model_.codes(graph_), fade_, keep);
   const RenderWeights weights = render_weights(field.density, field.deltas, field.depths);
   const Value alpha = sum_channels(weights.weight);

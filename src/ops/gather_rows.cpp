@@ -79,9 +79,10 @@ struct ScatterRows final : Op {
     reduce_partials(launch, partial, launch.out(), partial[0], rows * x.channels());
   }
   Values gradient(const GradientRequest& request) const override {
-    return {
-        request.graph.with_count(gather_rows(request.grad(), request.in[1], order), request.in[0].count()),
-        Value{}};
+    Value ids = request.in[1];
+    if (const Value count = request.in[0].count())  // ids behind the live rows say nothing
+      ids = request.graph.with_count(request.graph.reshape(ids, {ids.elements(), 1}), count);
+    return {gather_rows(request.grad(), ids, order), Value{}};
   }
   double flops(const TensorTypes& in, const TensorTypes&) const override {
     return static_cast<double>(in[0].shape.elements());

@@ -28,6 +28,8 @@ std::vector<HostTensor> matrix_and_ids(const Variation& v, Random& random) {
 std::vector<HostTensor> rows_and_ids(const Variation& v, Random& random) {
   std::vector<HostTensor> in = {random.tensor({v.sizes[1], v.sizes[2]}), random_ids(v, random)};
   in[0].live_rows = v.sizes[3];
+  if (v.sizes[3] >= 0)  // nobody may follow ids behind the live rows
+    std::fill(in[1].data.begin() + v.sizes[3], in[1].data.end(), 1e9);
   return in;
 }
 

@@ -1,0 +1,117 @@
+#include "vivant/jobs/human_trainer.hpp"
+
+#include <opencv2/imgproc.hpp>
+
+#include "io_helpers.hpp"
+#include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/synth.hpp"
+#include "vivant/model/human_renderer.hpp"
+
+using namespace vivant;
+
+namespace {
+
+constexpr int width = 64, height = 48;
+
+const Capture& small_capture() {
+  static const TemporaryFolder folder;
+  static const Capture capture = [] {
+    synthesise({.output = folder.path(), .frames = 9, .width = width, .height = height, .motion = {}});
+    return load_capture(folder.path());
+  }();
+  return capture;
+}
+
+Config small_config() {
+  return load_config("demo", std::nullopt,
+                     {"human.plane_size=32", "human.unet_widths=[16, 32, 64]", "human.rays=512",
+                      "human.batches_per_step=1", "human.steps=360", "human.box_points=128",
+                      "human.warmup_steps=5", "human.edge_weight=0.02", "human.correction_start=0",
+                      "human.sample_step=0.03", "scene.plane_size=16", "scene.unet_widths=[16, 32]"});
+}
+
+/// The training frames without the person: the mask's pixels are filled from around.
+std::vector<cv::Mat> backgrounds() {
+  std::vector<cv::Mat> pictures;
+  for (const int frame : small_capture().training_frames()) {
+    cv::Mat picture = small_capture().image(frame), around, share, person;
+    cv::dilate(small_capture().mask(frame), person, {});
+    picture.setTo(0, person);
+    cv::blur(picture, around, {15, 15});
+    cv::blur(255 - person, share, {15, 15});
+    cv::cvtColor(share, share, cv::COLOR_GRAY2BGR);
+    cv::divide(around, share, around, 255);
+    around.copyTo(picture, person);
+    pictures.push_back(picture);
+  }
+  return pictures;
+}
+
+/// A new model and its trainer.
+struct Training {
+  Device device;
+  const Capture& capture = small_capture();
+  Config config = small_config();
+  CaptureModel model{device, config, capture};
+  HumanTrainer trainer{device, config, capture, model.store(), *model.human(), backgrounds()};
+
+  void run(std::int64_t from, std::int64_t to) {
+    for (std::int64_t step = from; step < to; ++step) trainer.run(step);
+    CHECK(trainer.failure() == "");
+  }
+  std::vector<float> parameters() {
+    std::vector<float> all;
+    for (const ParameterStore::Parameter& parameter : model.store().parameters())
+      if (parameter.name.starts_with("human.")) {
+        const std::vector<float> values = model.store().read(parameter.name);
+        all.insert(all.end(), values.begin(), values.end());
+      }
+    return all;
+  }
+};
+
+/// How the rendered person agrees with a frame that was held out.
+struct Agreement {
+  double overlap;  ///< of mask and silhouette: intersection over union
+  double error;    ///< of the colours on the mask, in parts of what one colour for all of it would give
+};
+
+Agreement agreement(Training& training) {
+  const Capture& capture = training.capture;
+  const int frame = capture.held_out_frames().front();
+  const HumanModel& human = *training.model.human();
+  HumanRenderer renderer(training.device, human, human_renderer_options(training.config, true));
+  const PersonView view =
+      renderer.render(capture.frames[frame].camera, captured_state(human, capture, frame));
+  const cv::Mat image = capture.image(frame), mask = capture.mask(frame) >= 128;
+  cv::Mat silhouette, drawn(height, width, CV_8UC3, cv::Scalar::all(128));
+  cv::extractChannel(view.rgba8(width, height), silhouette, 3);
+  silhouette = silhouette >= 128;
+  view.draw_over(drawn);
+  const cv::Mat flat(height, width, CV_8UC3, cv::mean(image, mask));
+  return {static_cast<double>(cv::countNonZero(mask & silhouette)) / cv::countNonZero(mask | silhouette),
+          cv::norm(drawn, image, cv::NORM_L1, mask) / cv::norm(flat, image, cv::NORM_L1, mask)};
+}
+
+}  // namespace
+
+TEST_CASE("human_trainer: the same seed gives the same bits") {
+  Training a, b;
+  a.run(0, 3);
+  b.run(0, 3);
+  CHECK(a.parameters() == b.parameters());
+  CHECK(a.trainer.terms() == b.trainer.terms());
+}
+
+TEST_CASE("human_trainer: a synthetic walker is learned, as a held-out frame shows") {
+  Training training;
+  const Agreement before = agreement(training);
+  CHECK(before.overlap < 0.4);
+  CHECK(before.error > 2);
+  training.run(0, training.trainer.steps());
+  const Agreement after = agreement(training);
+  CHECK(after.overlap > 0.8);
+  CHECK(after.error < 1);
+  CHECK(training.trainer.terms().at("mask") < 0.15);  // half of the rays see the person
+  CHECK(training.trainer.terms().at("correction") > 0);
+}
