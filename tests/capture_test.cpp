@@ -201,6 +201,7 @@ TEST_CASE("capture: written and read again it is the same; a run can be moved") 
   Capture capture = load_capture(folder.path());
   capture.points.positions = {{1, 2, 3}, {4, 5, 6}};
   capture.points.colours = {{1, 2, 3}, {4, 5, 6}};
+  capture.scene_box = derived_scene_box(capture);
   std::filesystem::create_directories(folder / "run");
   copy_capture_essentials(capture, folder / "run");
   std::filesystem::rename(folder / "run", folder / "moved");
