@@ -38,30 +38,33 @@ void add_render(CLI::App& app, const Globals& globals) {
   CLI::Option* views =
       command
           ->add_option(
-              "--views", options->views,
+              "--views", options->film.views,
               "train, test, first, orbit or a camera path as JSON; with --motion first is the default")
           ->capture_default_str()
           ->type_name("VIEWS");
   command
-      ->add_option("--orbit-angle", options->orbit_angle, "degrees to each side of the middle frame's camera")
+      ->add_option("--orbit-angle", options->film.orbit_angle,
+                   "degrees to each side of the middle frame's camera")
       ->capture_default_str();
-  command->add_option("--orbit-frames", options->orbit_frames, "views of an orbit")
+  command->add_option("--orbit-frames", options->film.orbit_frames, "views of an orbit")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command
       ->add_option_function<std::string>(
-          "--size", [options](const std::string& text) { options->size = parse_size(text); },
+          "--size", [options](const std::string& text) { options->film.size = parse_size(text); },
           "size of the pictures; else the cameras' own")
       ->type_name("WxH");
   command
       ->add_option_function<std::string>(
-          "--frames", [options](const std::string& text) { options->frames = parse_range(text); },
+          "--frames", [options](const std::string& text) { options->film.frames = parse_range(text); },
           "only these views, the end left out")
       ->type_name("FIRST:END");
   command
-      ->add_option("--motion", options->motion, "animates the person: .safetensors poses, .bvh or AMASS .npz")
+      ->add_option("--motion", options->film.motion,
+                   "animates the person: .safetensors poses, .bvh or AMASS .npz")
       ->type_name("FILE");
-  command->add_option("--motion-names", options->mapping, "JSON object {body joint: joint of the BVH file}")
+  command
+      ->add_option("--motion-names", options->film.mapping, "JSON object {body joint: joint of the BVH file}")
       ->type_name("FILE");
   command->add_option("--layers", options->layers, "what is shown")
       ->check(CLI::IsMember({"both", "scene", "human"}))
@@ -70,7 +73,7 @@ void add_render(CLI::App& app, const Globals& globals) {
       ->required()
       ->type_name("FILE|DIR");
   command->callback([options, views, &globals] {
-    if (!options->motion.empty() && views->count() == 0) options->views = "first";
+    if (!options->film.motion.empty() && views->count() == 0) options->film.views = "first";
     Device device(globals.device);
     Progress progress(globals.progress, globals.verbose);
     render(device, *options, progress);

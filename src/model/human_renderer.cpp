@@ -43,19 +43,6 @@ void PersonView::draw_over(cv::Mat& picture) const {
     }
 }
 
-cv::Mat PersonView::rgba8(int width, int height) const {
-  cv::Mat picture(height, width, CV_8UC4, cv::Scalar::all(0));
-  for (int y = 0; y < window.height; ++y)
-    for (int x = 0; x < window.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * window.width + x;
-      cv::Vec4b& pixel = picture.at<cv::Vec4b>(window.y + y, window.x + x);
-      for (int c = 0; c < 3 && alpha[i] > 0; ++c)
-        pixel[c] = cv::saturate_cast<std::uint8_t>(255 * rgb[3 * i + c] / alpha[i]);
-      pixel[3] = cv::saturate_cast<std::uint8_t>(255 * alpha[i]);
-    }
-  return picture;
-}
-
 PersonInputs::PersonInputs(Graph& graph, const HumanModel& model)
     : model_(model), joints_(graph.input("joint transforms", {model.body().body().joint_count(), 12})) {
   const HumanOptions& options = model.options();

@@ -53,8 +53,6 @@ struct PersonView {
 
   /// Puts the person alone over a picture, CV_8UC3 RGB.
   void draw_over(cv::Mat& picture) const;
-  /// The person alone as a whole picture, CV_8UC4 RGBA, not premultiplied.
-  cv::Mat rgba8(int width, int height) const;
 };
 
 /// Renders the person from any camera in any pose, alone or in a scene. Planes are baked once.
