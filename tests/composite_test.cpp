@@ -57,7 +57,7 @@ Pictures render(Device& device, double scene_bias, double human_bias, Intervals 
   const RenderWeights weights = render_weights(person.density, person.deltas, person.depths);
   const Value alpha = sum_channels(weights.weight);
   const Values pictures = {
-      composite_colour(graph, scene, human, composite(graph, scene, behind, person, intervals, threshold)),
+      composite_output(graph, scene, human, composite(graph, scene, behind, person, intervals, threshold)),
       scene.field().colour(graph, scene_alone.hidden, scene_alone.alpha),
       human.field().colour(graph, weighted_sum(weights.weight, person.hidden, person.ids), alpha), alpha};
   Executor executor(device, graph, pictures);

@@ -80,12 +80,12 @@ TEST_CASE("human_model: moving the root and the camera together changes neither 
   const PersonView after = renderer.render(camera, state);
   REQUIRE(after.window.width == before.window.width);
   double worst = 0, without_error = 0;
-  for (std::size_t i = 0; i < before.rgb.size(); ++i)
-    worst = std::max(worst, std::abs(static_cast<double>(after.rgb[i]) - before.rgb[i]));
+  for (std::size_t i = 0; i < before.pixels.size(); ++i)
+    worst = std::max(worst, std::abs(static_cast<double>(after.pixels[i]) - before.pixels[i]));
   state.codes.error.assign(state.codes.error.size(), 0.0f);
   const PersonView other = renderer.render(camera, state);
-  for (std::size_t i = 0; i < before.rgb.size(); ++i)
-    without_error = std::max(without_error, std::abs(static_cast<double>(other.rgb[i]) - after.rgb[i]));
+  for (std::size_t i = 0; i < before.pixels.size(); ++i)
+    without_error = std::max(without_error, std::abs(static_cast<double>(other.pixels[i]) - after.pixels[i]));
   CHECK(worst < 0.02);
   CHECK(without_error > 2 * worst);  // the frame's code is used at all
 }

@@ -101,7 +101,7 @@ TEST_CASE("stylizer: tiles do not show, whatever the frame's size; strength 0 is
     const cv::Mat part = shown(cv::Rect(0, 0, width, height)).clone();
     const RenderedFrame frame{features, values_of(part)};
     FrameStylizer stylizer(f.device, f.stylizer, f.vgg, height, width, {.tile = tile, .tokens = 64});
-    stylizer.set_style(style, {&frame, 1});
+    stylizer.set_style(style, stylizer.measure({&frame, 1}), {&frame, 1});
     return stylizer.stylise(frame, strength);
   };
   CHECK(largest_difference(stylise(64, 64, 80, 1), stylise(7, 64, 80, 1)) < 1e-4);
@@ -124,7 +124,8 @@ TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colo
   before.add(values_of(shown));
   const cv::Mat style = picture("woodblock.jpg", 128, 128);
   goal.add(values_of(style));
-  stylizer.set_style(read_image(asset_path("styles/woodblock.jpg")), {&frame, 1});
+  stylizer.set_style(read_image(asset_path("styles/woodblock.jpg")), stylizer.measure({&frame, 1}),
+                     {&frame, 1});
   after.add(stylizer.stylise(frame, 1));
   CHECK((after.mean - goal.mean).norm() < 0.6 * (before.mean - goal.mean).norm());
   CHECK(after.covariance.trace() > 0.3 * goal.covariance.trace());  // neither grey nor constant

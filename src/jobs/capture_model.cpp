@@ -1,5 +1,8 @@
 #include "vivant/jobs/capture_model.hpp"
 
+#include "vivant/io/assets.hpp"
+#include "vivant/io/safetensors.hpp"
+
 namespace vivant {
 namespace {
 
@@ -45,6 +48,13 @@ HumanOptions human_options(const Config& config) {
   return options;
 }
 
+StylizerOptions stylizer_options(const Config& config) {
+  StylizerOptions options;
+  options.cosine = config.style.attention == "cosine";
+  if (options.cosine) options.luma_weight = 0;
+  return options;
+}
+
 }  // namespace
 
 CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& capture) : device_(device) {
@@ -63,7 +73,10 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
     human_ = std::make_unique<HumanModel>(device, store_, initializer, human_options(config),
                                           shaped(capture.human->body, capture.human->poses.shape),
                                           static_cast<int>(capture.training_frames().size()));
+  stylizer_ = std::make_unique<Stylizer>(store_, initializer, stylizer_options(config), group_style);
+  content_norm_ = std::make_unique<RunningContentNorm>(store_);
   store_.allocate(device);
+  load_stylizer(store_, *stylizer_, read_safetensors(asset_path("stylizer.safetensors")));
 }
 
 HumanModel::CodeRow novel_codes(const Config& config, const HumanModel& model) {

@@ -14,7 +14,7 @@ LayerFrame whole_frame(const PersonView& view, const Camera& camera) {
   for (int y = 0; y < view.window.height; ++y) {
     const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(y) * view.window.width;
     const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(view.window.y + y) * camera.width + view.window.x;
-    std::copy_n(view.rgb.begin() + 3 * from, 3 * view.window.width, frame.rgb.begin() + 3 * to);
+    std::copy_n(view.pixels.begin() + 3 * from, 3 * view.window.width, frame.rgb.begin() + 3 * to);
     std::copy_n(view.alpha.begin() + from, view.window.width, frame.alpha.begin() + to);
   }
   return frame;
@@ -40,7 +40,7 @@ FilmRenderer::FilmRenderer(Device& device, const OpenRun& run, const std::string
 LayerFrame FilmRenderer::render(const Shot& shot) {
   if (human_) return whole_frame(human_->render(shot.camera, *shot.person), shot.camera);
   RenderedView view = both_ ? both_->render(shot.camera, *shot.person).picture : scene_->render(shot.camera);
-  return {view.width, view.height, std::move(view.rgb), {}};
+  return {view.width, view.height, std::move(view.pixels), {}};
 }
 
 cv::Mat to_picture(const LayerFrame& frame) {

@@ -62,10 +62,11 @@ void write_preview(const StylizerTraining& training, const std::filesystem::path
       std::vector<float> colours = stylizer.stylise(frame, strength);
       row.push_back(eight_bit(cv::Mat(height, width, CV_32FC3, colours.data())));
     };
-    stylizer.set_style(eight_bit(styles.empty() ? training.paintings[0] : styles[0]), {&frame, 1});
+    const ContentNorm norm = stylizer.measure({&frame, 1});
+    stylizer.set_style(eight_bit(styles.empty() ? training.paintings[0] : styles[0]), norm, {&frame, 1});
     show(0);
     for (const cv::Mat& style : styles) {
-      stylizer.set_style(eight_bit(style), {&frame, 1});
+      stylizer.set_style(eight_bit(style), norm, {&frame, 1});
       show(1);
     }
     cv::hconcat(row, rows.emplace_back());

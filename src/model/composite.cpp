@@ -1,5 +1,6 @@
 #include "vivant/model/composite.hpp"
 
+#include "vivant/ops/concat.hpp"
 #include "vivant/ops/merge_samples.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
@@ -29,10 +30,11 @@ CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSample
           .depth = weights.depth};
 }
 
-Value composite_colour(Graph& graph, const SceneModel& scene, const HumanModel& human,
-                       const CompositeRays& rays) {
-  return add(scene.field().colour(graph, rays.scene_hidden, rays.scene_alpha),
-             human.field().colour(graph, rays.human_hidden, rays.human_alpha));
+Value composite_output(Graph& graph, const SceneModel& scene, const HumanModel& human,
+                       const CompositeRays& rays, Output output) {
+  const Value a = scene.field().output(graph, output, rays.scene_hidden, rays.scene_alpha),
+              b = human.field().output(graph, output, rays.human_hidden, rays.human_alpha);
+  return output == Output::hidden ? concat({a, b}) : add(a, b);
 }
 
 }  // namespace vivant

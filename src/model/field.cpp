@@ -131,4 +131,9 @@ Value Field::feature(Graph& graph, Value hidden, Value alpha) const {
   return project(graph, heads_[feature_head], hidden, alpha);
 }
 
+Value Field::output(Graph& graph, Output output, Value hidden, Value alpha) const {
+  if (output == Output::hidden) return concat({hidden, alpha});
+  return output == Output::colour ? colour(graph, hidden, alpha) : feature(graph, hidden, alpha);
+}
+
 }  // namespace vivant

@@ -83,12 +83,21 @@ std::span<const float> floats_of(const cv::Mat& picture) {
 
 }  // namespace
 
+Camera feature_camera(const Camera& camera) {
+  constexpr int scale = Stylizer::scale;
+  Camera result = camera;
+  result.width = (camera.width + scale - 1) / scale;
+  result.height = (camera.height + scale - 1) / scale;
+  for (double* number : {&result.fx, &result.fy, &result.cx, &result.cy}) *number /= scale;
+  return result;
+}
+
 struct FrameStylizer::State {
   State(Device& device, const Stylizer& stylizer, const Vgg19& vgg, int height, int width,
         const Options& options);
 
-  void set_style(const cv::Mat& picture);
-  void freeze_statistics(std::span<const RenderedFrame> frames);
+  void set_style(const cv::Mat& picture, const ContentNorm& norm);
+  ContentNorm measure(std::span<const RenderedFrame> frames);
   /// Luma at a quarter and detail of a frame.
   void look_at(const RenderedFrame& frame);
   std::vector<float> stylise(const RenderedFrame& frame, double strength);
@@ -146,7 +155,7 @@ FrameStylizer::State::State(Device& device, const Stylizer& stylizer, const Vgg1
                                         sample_statistics.luma.mean, sample_statistics.luma.deviation});
 }
 
-void FrameStylizer::State::set_style(const cv::Mat& rgb8) {
+void FrameStylizer::State::set_style(const cv::Mat& rgb8, const ContentNorm& norm) {
   Graph style_graph;
   const cv::Mat small = style_picture(rgb8, options.tokens);
   const Value picture = style_graph.input("painting", {small.rows, small.cols, 3});
@@ -182,6 +191,10 @@ void FrameStylizer::State::set_style(const cv::Mat& rgb8) {
   tile_executor->write(here.keys, style_executor.read(tokens.keys));
   tile_executor->write(here.values, style_executor.read(tokens.values));
   if (tokens.bias) tile_executor->write(here.bias, style_executor.read(tokens.bias));
+  const Values targets = statistics.values();
+  const std::vector<float>* numbers[] = {&norm.feature_mean, &norm.feature_deviation, &norm.luma_mean,
+                                         &norm.luma_deviation};
+  for (std::size_t i = 0; i < targets.size(); ++i) tile_executor->write(targets[i], *numbers[i]);
 }
 
 void FrameStylizer::State::look_at(const RenderedFrame& frame) {
@@ -199,7 +212,7 @@ void FrameStylizer::State::look_at(const RenderedFrame& frame) {
                 frame_executor->read(detail)};
 }
 
-void FrameStylizer::State::freeze_statistics(std::span<const RenderedFrame> frames) {
+ContentNorm FrameStylizer::State::measure(std::span<const RenderedFrame> frames) {
   std::vector<HostStatistics> of_features, of_luma;
   for (const RenderedFrame& frame : frames) {
     look_at(frame);
@@ -220,12 +233,8 @@ void FrameStylizer::State::freeze_statistics(std::span<const RenderedFrame> fram
     of_features.push_back(read(sample_statistics.features));
     of_luma.push_back(read(sample_statistics.luma));
   }
-  const auto write = [&](const ChannelStatistics& target, const HostStatistics& values) {
-    tile_executor->write(target.mean, values.mean);
-    tile_executor->write(target.deviation, values.deviation);
-  };
-  write(statistics.features, pooled(of_features));
-  write(statistics.luma, pooled(of_luma));
+  const HostStatistics feature = pooled(of_features), luma = pooled(of_luma);
+  return {feature.mean, feature.deviation, luma.mean, luma.deviation};
 }
 
 std::vector<float> FrameStylizer::State::stylise(const RenderedFrame& frame, double strength) {
@@ -265,10 +274,15 @@ FrameStylizer::FrameStylizer(Device& device, const Stylizer& stylizer, const Vgg
     : state_(std::make_unique<State>(device, stylizer, vgg, height, width, options)) {}
 FrameStylizer::~FrameStylizer() = default;
 
-void FrameStylizer::set_style(const cv::Mat& picture, std::span<const RenderedFrame> frames) {
+ContentNorm FrameStylizer::measure(std::span<const RenderedFrame> frames) {
+  if (frames.empty()) fail("the statistics of frames need at least one frame");
+  return state_->measure(frames);
+}
+
+void FrameStylizer::set_style(const cv::Mat& picture, const ContentNorm& norm,
+                              std::span<const RenderedFrame> frames) {
   if (frames.empty()) fail("a style needs at least one frame that it will be used on");
-  state_->set_style(picture);
-  state_->freeze_statistics(frames);
+  state_->set_style(picture, norm);
   ColourStatistics rendered;
   for (const RenderedFrame& frame : frames) rendered.add(state_->stylise(frame, 1));
   ColourStatistics painting;

@@ -39,7 +39,7 @@ void PersonView::draw_over(cv::Mat& picture) const {
       const std::size_t i = static_cast<std::size_t>(y) * window.width + x;
       cv::Vec3b& pixel = picture.at<cv::Vec3b>(window.y + y, window.x + x);
       for (int c = 0; c < 3; ++c)
-        pixel[c] = cv::saturate_cast<std::uint8_t>(255 * rgb[3 * i + c] + (1 - alpha[i]) * pixel[c]);
+        pixel[c] = cv::saturate_cast<std::uint8_t>(255 * pixels[3 * i + c] + (1 - alpha[i]) * pixel[c]);
     }
 }
 
@@ -108,7 +108,7 @@ void HumanRenderer::build(int width, int height) {
     const CompositeRays both =
         composite(graph, scene, scene.sample(graph, scene_planes_->value(graph), rays, nullptr), samples,
                   options_.intervals, options_.weight_threshold);
-    rgb_ = composite_colour(graph, scene, model_, both);
+    output_ = composite_output(graph, scene, model_, both, options_.output);
     alpha_ = both.human_alpha;
     opacity_ = add(both.scene_alpha, both.human_alpha);
     depth_ = both.depth;
@@ -116,10 +116,11 @@ void HumanRenderer::build(int width, int height) {
     const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
     opacity_ = alpha_ = sum_channels(weights.weight);
     depth_ = weights.depth;
-    rgb_ = model_.field().colour(graph, weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
+    output_ = model_.field().output(graph, options_.output,
+                                    weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
   }
   executor_ =
-      std::make_unique<Executor>(device_, graph, Values{rgb_, alpha_, opacity_, depth_, person_->overflow()});
+      std::make_unique<Executor>(device_, graph, Values{output_, alpha_, opacity_, depth_, person_->overflow()});
 }
 
 PersonView HumanRenderer::render(const Camera& camera, const PersonState& state) {
@@ -133,7 +134,8 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
   for (int y = view.window.y; y < view.window.y + view.window.height; ++y)
     for (int x = view.window.x; x < view.window.x + view.window.width; ++x)
       pixels.push_back(y * camera.width + x);
-  view.rgb.resize(3 * pixels.size());
+  const auto channels = static_cast<std::size_t>(output_.shape().channels());
+  view.pixels.resize(channels * pixels.size());
   view.alpha.resize(pixels.size());
   view.opacity.resize(pixels.size());
   view.depth.resize(pixels.size());
@@ -159,7 +161,7 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
       const std::vector<float> data = executor_->read(value);
       std::copy_n(data.begin(), count * channels, to.begin() + static_cast<std::ptrdiff_t>(first * channels));
     };
-    copy(rgb_, view.rgb, 3);
+    copy(output_, view.pixels, channels);
     copy(alpha_, view.alpha, 1);
     copy(opacity_, view.opacity, 1);
     copy(depth_, view.depth, 1);

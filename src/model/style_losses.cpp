@@ -46,7 +46,7 @@ Value local_target(Graph& graph, const Stylizer& stylizer, Value features, Value
   const Value normal = mean_variance_norm(features);
   const Value queries =
       guided_queries(graph, affine(normal, deep_logit_scale), luma_for(luma, features), options.luma_weight);
-  return adaptive_normalisation(queries, normal, style, options.deviation_scale);
+  return adaptive_normalisation(queries, normal, style, options);
 }
 
 struct ColourMoments {

@@ -56,24 +56,26 @@ Value guided_queries(Graph& graph, Value queries, Value luma, double weight) {
   return weight == 0 ? queries : concat({queries, luma_lane(graph, luma, 1)});
 }
 
-Value adaptive_normalisation(Value queries, Value normal, const StyleTokens& style, double deviation_scale) {
+Value adaptive_normalisation(Value queries, Value normal, const StyleTokens& style,
+                             const StylizerOptions& options) {
   Graph& graph = *queries.graph;
   const AttentionStatistics found =
       attention(graph.reshape(queries, {queries.shape().rows(), queries.shape().channels()}), style.keys,
-                style.values, style.bias);
+                style.values, style.bias, {.cosine = options.cosine});
   const Value mean = graph.reshape(found.mean, normal.shape()),
               deviation = graph.reshape(found.deviation, normal.shape());
-  return add(affine(multiply(deviation, normal), deviation_scale), mean);
+  return add(affine(multiply(deviation, normal), options.deviation_scale), mean);
 }
 
 Value blend(Value from, Value to, Value amount) { return add(from, multiply(subtract(to, from), amount)); }
 
-Stylizer::Stylizer(ParameterStore& store, const Initializer& initializer, StylizerOptions options,
-                   std::string name)
-    : store_(&store), options_(options), name_(std::move(name)) {
+Stylizer::Stylizer(ParameterStore& store, const Initializer& initializer, StylizerOptions options, int group)
+    : store_(&store), options_(options) {
+  if (options.cosine && options.luma_weight > 0)
+    fail("[stylizer] cosine scores know nothing of the luma term: set its weight to 0");
   const auto add = [&](const std::string& layer, const Shape& shape, const std::vector<float>& weights) {
-    store.add(name_ + "." + layer + ".weight", shape, 0, weights);
-    store.add(name_ + "." + layer + ".bias", {shape.channels()}, 0, std::vector<float>(shape.channels()));
+    store.add(name_ + "." + layer + ".weight", shape, group, weights);
+    store.add(name_ + "." + layer + ".bias", {shape.channels()}, group, std::vector<float>(shape.channels()));
   };
   const std::vector<float> rotation =
       random_rotation(initializer, name_ + ".rotation", std::sqrt(first_logit_scale));
@@ -135,7 +137,7 @@ Value Stylizer::attend(Graph& graph, Value content, Value luma, const StyleToken
                                        mean_variance_norm(luma, statistics.luma), options_.luma_weight);
   const Value limited =
       options_.norm_limit > 0 ? clamp(normal, -options_.norm_limit, options_.norm_limit) : normal;
-  return adaptive_normalisation(queries, limited, style, options_.deviation_scale);
+  return adaptive_normalisation(queries, limited, style, options_);
 }
 
 Value Stylizer::decode(Graph& graph, Value features, Value detail) const {

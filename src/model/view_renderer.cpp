@@ -9,7 +9,7 @@ namespace vivant {
 
 cv::Mat RenderedView::rgb8() const {
   cv::Mat image(height, width, CV_8UC3);
-  std::transform(rgb.begin(), rgb.end(), image.data, [](float x) {
+  std::transform(pixels.begin(), pixels.end(), image.data, [](float x) {
     return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f);
   });
   return image;
@@ -30,10 +30,10 @@ void SceneRenderer::build(int width, int height) {
   const Rays rays = ray_generation(camera_, pixels_, width, height);
   const FieldSamples samples = scene_.sample(graph, planes_.value(graph), rays, nullptr);
   const RenderedRays rendered = scene_.render(graph, samples, options_.weight_threshold);
-  rgb_ = scene_.field().colour(graph, rendered.hidden, rendered.alpha);
+  output_ = scene_.field().output(graph, options_.output, rendered.hidden, rendered.alpha);
   alpha_ = rendered.alpha;
   depth_ = rendered.depth;
-  executor_ = std::make_unique<Executor>(device_, graph, Values{rgb_, alpha_, depth_});
+  executor_ = std::make_unique<Executor>(device_, graph, Values{output_, alpha_, depth_});
 }
 
 RenderedView SceneRenderer::render(const Camera& camera) {
@@ -43,7 +43,8 @@ RenderedView SceneRenderer::render(const Camera& camera) {
   view.height = camera.height;
   const std::int64_t pixels = static_cast<std::int64_t>(camera.width) * camera.height,
                      tile = options_.tile_rays;
-  view.rgb.resize(pixels * 3);
+  const std::int64_t channels = output_.shape().channels();
+  view.pixels.resize(pixels * channels);
   view.alpha.resize(pixels);
   view.depth.resize(pixels);
   executor_->write(camera_, std::span<const float>(camera_table(std::span(&camera, 1))));
@@ -58,7 +59,7 @@ RenderedView SceneRenderer::render(const Camera& camera) {
       const std::vector<float> data = executor_->read(value);
       std::copy_n(data.begin(), count * channels, to.begin() + first * channels);
     };
-    copy(rgb_, view.rgb, 3);
+    copy(output_, view.pixels, channels);
     copy(alpha_, view.alpha, 1);
     copy(depth_, view.depth, 1);
   }

@@ -4,6 +4,7 @@
 #include "vivant/data/capture.hpp"
 #include "vivant/io/checkpoint.hpp"
 #include "vivant/jobs/config.hpp"
+#include "vivant/model/content_norm.hpp"
 #include "vivant/model/human_renderer.hpp"
 #include "vivant/model/scene_model.hpp"
 
@@ -21,12 +22,18 @@ class CaptureModel {
   const SceneModel& scene() const { return *scene_; }
   /// The person; null for a capture without one.
   const HumanModel* human() const { return human_.get(); }
+  /// Starts as the one that comes with the program.
+  const Stylizer& stylizer() const { return *stylizer_; }
+  /// The statistics of norm(c) of this capture.
+  const RunningContentNorm& content_norm() const { return *content_norm_; }
 
  private:
   Device& device_;
   ParameterStore store_;
   std::unique_ptr<SceneModel> scene_;
   std::unique_ptr<HumanModel> human_;
+  std::unique_ptr<Stylizer> stylizer_;
+  std::unique_ptr<RunningContentNorm> content_norm_;
 };
 
 /// The codes of poses that were not trained on.

@@ -26,8 +26,8 @@ struct CompositeRays {
 CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSamples& scene_samples,
                         const HumanFieldSamples& human_samples, Intervals intervals, double threshold = 0);
 
-/// The rays' colours [R, 3].
-Value composite_colour(Graph& graph, const SceneModel& scene, const HumanModel& human,
-                       const CompositeRays& rays);
+/// The rays' colours [R, 3], features [R, 256] or hidden units [R, 258], those of the scene first.
+Value composite_output(Graph& graph, const SceneModel& scene, const HumanModel& human,
+                       const CompositeRays& rays, Output output = Output::colour);
 
 }  // namespace vivant

@@ -12,7 +12,8 @@ class CompositeRenderer {
     RenderedView picture;
     cv::Mat person;  ///< CV_32FC1, alpha of the person
   };
-  /// `options.scene` is set by this class.
+  /// `options.scene` is set by this class. With Output::hidden every pixel has 258 channels: the scene's,
+  /// then the person's.
   CompositeRenderer(Device& device, const SceneModel& scene, const HumanModel& human,
                     HumanRenderer::Options options);
   View render(const Camera& camera, const PersonState& state);
@@ -20,6 +21,7 @@ class CompositeRenderer {
  private:
   SceneRenderer scene_;
   HumanRenderer human_;
+  bool hidden_;
 };
 
 /// What stands behind the person in the given frames, CV_8UC3 RGB.

@@ -43,6 +43,13 @@ enum ParameterGroup : int {
   group_count = 4
 };
 
+/// What is made of the hidden units that rays see.
+enum class Output {
+  colour,   ///< [R, 3]
+  feature,  ///< [R, 256], in the space of VGG-19's relu3_1
+  hidden    ///< [R, 129] of a field: the units and alpha, in which both others are linear
+};
+
 /// A radiance field on geometry-guided tri-planes (specification 1 and 2): points in [-1, 1]^3 to density and
 /// to 128 hidden units, which are rendered before the last linear layer is applied (render, then project:
 /// exact, since that layer is linear and its bias is multiplied by the accumulated alpha).
@@ -81,6 +88,8 @@ class Field {
   /// Rendered hidden units [R, 128] and alpha [R, 1] -> colours [R, 3] or features [R, 256].
   Value colour(Graph& graph, Value hidden, Value alpha) const;
   Value feature(Graph& graph, Value hidden, Value alpha) const;
+  /// One of them, or [R, 129] when the hidden units themselves are asked for.
+  Value output(Graph& graph, Output output, Value hidden, Value alpha) const;
 
   const FieldOptions& options() const { return options_; }
   const std::string& name() const { return name_; }

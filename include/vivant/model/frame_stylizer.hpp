@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "vivant/data/camera.hpp"
 #include "vivant/model/colour_match.hpp"
 #include "vivant/model/stylizer.hpp"
 #include "vivant/nn/vgg19.hpp"
@@ -14,6 +15,15 @@ namespace vivant {
 /// A rendered frame [H, W]: features [ceil(H/4), ceil(W/4), 256] and colours [H, W, 3].
 struct RenderedFrame {
   std::span<const float> features, rgb;
+};
+
+/// The camera whose pixels are the features of the given one's picture: a quarter of the size, rounded up,
+/// each pixel centre in the middle of 4 x 4 pixels.
+Camera feature_camera(const Camera& camera);
+
+/// ContentStatistics as numbers, on the host: means and deviations of features [C] and luma [1].
+struct ContentNorm {
+  std::vector<float> feature_mean, feature_deviation, luma_mean, luma_deviation;
 };
 
 /// Stylises frames of one size in tiles, so that memory does not grow with the frame; tiles do not show.
@@ -30,9 +40,11 @@ class FrameStylizer {
                 const Options& options);
   ~FrameStylizer();
 
-  /// The style from now on: a picture of any size, CV_8UC3 RGB. `frames` are some of what will be stylised:
-  /// from them come the statistics of norm(c) and the colour match, both frozen until the next call.
-  void set_style(const cv::Mat& picture, std::span<const RenderedFrame> frames);
+  /// The statistics of norm(c) over all these frames together.
+  ContentNorm measure(std::span<const RenderedFrame> frames);
+  /// The style from now on: a picture of any size, CV_8UC3 RGB. The colour match comes from `frames`, some of
+  /// what will be stylised; like the statistics it is frozen until the next call.
+  void set_style(const cv::Mat& picture, const ContentNorm& norm, std::span<const RenderedFrame> frames);
 
   /// Colours [H, W, 3] in [0, 1]. strength blends from the reconstruction (0) to the style (1).
   std::vector<float> stylise(const RenderedFrame& frame, double strength = 1);

@@ -46,12 +46,13 @@ class PersonInputs {
 /// The window of a picture in which the person is: alone, or with the scene around.
 struct PersonView {
   PixelWindow window;
-  std::vector<float> rgb;      ///< [h, w, 3] not clamped; the person alone is premultiplied with alpha
+  std::vector<float> pixels;   ///< [h, w, C] not clamped: colours, or another Output; the person alone is
+                               ///< premultiplied with alpha
   std::vector<float> alpha;    ///< [h, w] of the person
   std::vector<float> opacity;  ///< [h, w] of person and scene together
   std::vector<float> depth;    ///< [h, w] expected depth along the ray; 0 where nothing is
 
-  /// Puts the person alone over a picture, CV_8UC3 RGB.
+  /// For colours: puts the person alone over a picture, CV_8UC3 RGB.
   void draw_over(cv::Mat& picture) const;
 };
 
@@ -66,6 +67,7 @@ class HumanRenderer {
     const SceneModel* scene = nullptr;  ///< absent: the person alone
     Intervals intervals = Intervals::own;
     double weight_threshold = 1e-4;  ///< scene samples that weigh less are left out; 0: none
+    Output output = Output::colour;  ///< hidden units: of the scene, if any, then of the person
   };
   HumanRenderer(Device& device, const HumanModel& model, const Options& options);
   PersonView render(const Camera& camera, const PersonState& state);
@@ -82,7 +84,7 @@ class HumanRenderer {
   int width_ = 0, height_ = 0;  // of the graph below
   std::unique_ptr<Graph> graph_;
   std::unique_ptr<PersonInputs> person_;
-  Value camera_, pixels_, rgb_, alpha_, opacity_, depth_;
+  Value camera_, pixels_, output_, alpha_, opacity_, depth_;
   std::unique_ptr<Executor> executor_;
 };
 

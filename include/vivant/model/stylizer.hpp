@@ -16,9 +16,12 @@ struct StylizerOptions {
   double deviation_scale = 0.5;  ///< factor on S in S * norm(c) + M; 1 in the paper
   double norm_limit = 4;         ///< norm(c) is clamped to +-limit; 0: not clamped, as in the paper
   bool detail = true;            ///< the decoder also sees the detail of the rendered colours
+  bool cosine = false;  ///< scores of AdaAttN's video variant; goes with luma_weight 0 alone
 
   /// The paper's plain form.
-  static StylizerOptions plain() { return {0, 1, 0, false}; }
+  static StylizerOptions plain() {
+    return {.luma_weight = 0, .deviation_scale = 1, .norm_limit = 0, .detail = false};
+  }
 };
 
 /// What the attention reads of a style, computed once per style image.
@@ -39,18 +42,21 @@ Value guided_queries(Graph& graph, Value queries, Value luma, double weight);
 struct ContentStatistics {
   ChannelStatistics features;  ///< [C] of phi(F_c)
   ChannelStatistics luma;      ///< [1] of the rendered luma at a quarter of the resolution
+
+  Values values() const { return {features.mean, features.deviation, luma.mean, luma.deviation}; }
 };
 
 /// scale * S * normal + M (AdaAttN): M and S are what `queries` [..., key channels] find in the style, normal
 /// is [..., C].
-Value adaptive_normalisation(Value queries, Value normal, const StyleTokens& style, double deviation_scale);
+Value adaptive_normalisation(Value queries, Value normal, const StyleTokens& style,
+                             const StylizerOptions& options);
 
 /// from + amount (to - from), amount [1].
 Value blend(Value from, Value to, Value amount);
 
 /// F_cs = psi(AdaAttN(phi(F_c), F_s)) and the decoder (the paper's section "Stylizing the Scene"). F_c are
 /// features in the space of VGG-19's relu3_1, activation-normalised, at a quarter of the image's resolution.
-/// Parameters: <name>.phi0, .phi1, .query, .key, .value, .psi0, .psi1 (fully connected) and .decoder0 to
+/// Parameters: stylizer.phi0, .phi1, .query, .key, .value, .psi0, .psi1 (fully connected) and .decoder0 to
 /// .decoder3 (3x3), each with .weight and .bias.
 class Stylizer {
  public:
@@ -63,7 +69,7 @@ class Stylizer {
   /// Registers the parameters. Their first values stylise already: phi and value are the identity, query and
   /// key the same rotation; psi and the decoder need `start_read_out`, then training.
   Stylizer(ParameterStore& store, const Initializer& initializer, StylizerOptions options = {},
-           std::string name = "stylizer");
+           int group = 0);
 
   const StylizerOptions& options() const { return options_; }
   const std::string& name() const { return name_; }
@@ -109,7 +115,7 @@ class Stylizer {
 
   ParameterStore* store_;
   StylizerOptions options_;
-  std::string name_;
+  std::string name_ = "stylizer";
 };
 
 /// Copies the tensors of a stylizer file into an allocated store; throws naming what is missing or has

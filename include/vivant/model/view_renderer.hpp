@@ -14,11 +14,11 @@ namespace vivant {
 /// A rendered picture: linear outputs of the fields, not clamped.
 struct RenderedView {
   int width = 0, height = 0;
-  std::vector<float> rgb;    ///< [H, W, 3]
+  std::vector<float> pixels;  ///< [H, W, C]: colours, or another Output
   std::vector<float> alpha;  ///< [H, W]
   std::vector<float> depth;  ///< [H, W], expected depth along the ray; 0 where alpha is 0
 
-  /// CV_8UC3 RGB, clamped and rounded.
+  /// Colours as CV_8UC3 RGB, clamped and rounded.
   cv::Mat rgb8() const;
 };
 
@@ -28,6 +28,7 @@ class SceneRenderer {
   struct Options {
     std::int64_t tile_rays = 4096;
     double weight_threshold = 1e-4;  ///< samples that weigh less are left out; 0: none
+    Output output = Output::colour;
   };
   SceneRenderer(Device& device, const SceneModel& scene, Options options);
   RenderedView render(const Camera& camera);
@@ -41,7 +42,7 @@ class SceneRenderer {
   BakedPlanes planes_;
   int width_ = 0, height_ = 0;  // of the graph below
   std::unique_ptr<Graph> graph_;
-  Value camera_, pixels_, rgb_, alpha_, depth_, overflow_;
+  Value camera_, pixels_, output_, alpha_, depth_, overflow_;
   std::unique_ptr<Executor> executor_;
 };
 
