@@ -84,9 +84,12 @@ Agreement agreement(Training& training) {
   const PersonView view =
       renderer.render(capture.frames[frame].camera, captured_state(human, capture, frame));
   const cv::Mat image = capture.image(frame), mask = capture.mask(frame) >= 128;
-  cv::Mat silhouette, drawn(height, width, CV_8UC3, cv::Scalar::all(128));
-  cv::extractChannel(view.rgba8(width, height), silhouette, 3);
-  silhouette = silhouette >= 128;
+  cv::Mat silhouette = cv::Mat::zeros(height, width, CV_8UC1);
+  cv::Mat drawn(height, width, CV_8UC3, cv::Scalar::all(128));
+  for (int y = 0; y < view.window.height; ++y)
+    for (int x = 0; x < view.window.width; ++x)
+      if (view.alpha[static_cast<std::size_t>(y) * view.window.width + x] >= 0.5f)
+        silhouette.at<std::uint8_t>(view.window.y + y, view.window.x + x) = 255;
   view.draw_over(drawn);
   const cv::Mat flat(height, width, CV_8UC3, cv::mean(image, mask));
   return {static_cast<double>(cv::countNonZero(mask & silhouette)) / cv::countNonZero(mask | silhouette),

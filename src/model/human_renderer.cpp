@@ -119,8 +119,8 @@ void HumanRenderer::build(int width, int height) {
     output_ = model_.field().output(graph, options_.output,
                                     weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
   }
-  executor_ =
-      std::make_unique<Executor>(device_, graph, Values{output_, alpha_, opacity_, depth_, person_->overflow()});
+  executor_ = std::make_unique<Executor>(device_, graph,
+                                         Values{output_, alpha_, opacity_, depth_, person_->overflow()});
 }
 
 PersonView HumanRenderer::render(const Camera& camera, const PersonState& state) {

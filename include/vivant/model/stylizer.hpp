@@ -16,7 +16,7 @@ struct StylizerOptions {
   double deviation_scale = 0.5;  ///< factor on S in S * norm(c) + M; 1 in the paper
   double norm_limit = 4;         ///< norm(c) is clamped to +-limit; 0: not clamped, as in the paper
   bool detail = true;            ///< the decoder also sees the detail of the rendered colours
-  bool cosine = false;  ///< scores of AdaAttN's video variant; goes with luma_weight 0 alone
+  bool cosine = false;           ///< scores of AdaAttN's video variant; goes with luma_weight 0 alone
 
   /// The paper's plain form.
   static StylizerOptions plain() {
