@@ -90,6 +90,32 @@ TEST_CASE("human_model: moving the root and the camera together changes neither 
   CHECK(without_error > 2 * worst);  // the frame's code is used at all
 }
 
+TEST_CASE("human_model: the picture is the same in a world with another unit, depths are in that unit") {
+  Device device;
+  ParameterStore store;
+  const HumanModel model(device, store, Initializer(1), small_options(), asset_body(), 2);
+  store.allocate(device);
+  const Body& body = model.body().body();
+  const PersonState state{bent_pose(body), Vector3d(0.2, 0.1, -1), model.mixed_codes({{1, 1.0}})};
+  Camera camera = camera_before(body.joints[0] + state.translation);
+  const PersonView metric =
+      HumanRenderer(device, model, {.step = 0.02, .tile_rays = 960}).render(camera, state);
+  constexpr double units = 2.5;
+  camera.world_to_camera.topRightCorner<3, 1>() *= units;
+  const PersonView scaled =
+      HumanRenderer(device, model, {.step = 0.02, .tile_rays = 960, .units_per_metre = units})
+          .render(camera, state);
+  REQUIRE(scaled.window.width == metric.window.width);
+  REQUIRE(*std::max_element(metric.alpha.begin(), metric.alpha.end()) > 0.5);
+  double colour = 0, depth = 0;
+  for (std::size_t i = 0; i < metric.alpha.size(); ++i) {
+    colour = std::max<double>(colour, std::abs(scaled.rgb[3 * i] - metric.rgb[3 * i]));
+    depth = std::max(depth, std::abs(scaled.depth[i] - units * metric.depth[i]));
+  }
+  CHECK(colour < 0.01);
+  CHECK(depth < 0.01);
+}
+
 TEST_CASE("human_model: only codes of the frames in a batch get a gradient") {
   Device device;
   ParameterStore store;

@@ -32,16 +32,16 @@ void add_render(CLI::App& app, const Globals& globals) {
       "  vivant render runs/first --views test -o held-out\n"
       "  vivant render runs/first --views orbit --orbit-angle 20 -o orbit.mp4\n"
       "  vivant render runs/first --motion dance.bvh -o dance.mp4\n"
+      "  vivant render runs/first --scene runs/garden --place 0.5,0,-1,90 -o in-the-garden.mp4\n"
       "  vivant render runs/first --views path.json --size 960x540 --frames 0:24 -o path.mp4");
   const auto options = std::make_shared<RenderOptions>();
   command->add_option("RUN", options->run, "folder of a trained run")->required();
-  CLI::Option* views =
-      command
-          ->add_option(
-              "--views", options->film.views,
-              "train, test, first, orbit or a camera path as JSON; with --motion first is the default")
-          ->capture_default_str()
-          ->type_name("VIEWS");
+  CLI::Option* views = command
+                           ->add_option("--views", options->film.views,
+                                        "train, test, first, orbit or a camera path as JSON; with --motion "
+                                        "or --scene first is the default")
+                           ->capture_default_str()
+                           ->type_name("VIEWS");
   command
       ->add_option("--orbit-angle", options->film.orbit_angle,
                    "degrees to each side of the middle frame's camera")
@@ -66,6 +66,18 @@ void add_render(CLI::App& app, const Globals& globals) {
   command
       ->add_option("--motion-names", options->film.mapping, "JSON object {body joint: joint of the BVH file}")
       ->type_name("FILE");
+  command
+      ->add_option(
+          "--scene", options->scene,
+          "another run: the person performs in its scene, seen by its cameras (the first one by default)")
+      ->type_name("RUN2");
+  command
+      ->add_option_function<std::string>(
+          "--place", [options](const std::string& text) { options->film.place = place_from(text); },
+          "where the person stands: the ground below the first frame's root, and the degrees about the up "
+          "axis (y "
+          "up: 0 faces +z, 90 faces +x); a scene without metres of its own also needs its units in a metre")
+      ->type_name("X,Y,Z,YAW[,UNITS]");
   command->add_option("--layers", options->layers, "what is shown")
       ->check(CLI::IsMember({"both", "scene", "human"}))
       ->capture_default_str();
@@ -73,7 +85,8 @@ void add_render(CLI::App& app, const Globals& globals) {
       ->required()
       ->type_name("FILE|DIR");
   command->callback([options, views, &globals] {
-    if (!options->film.motion.empty() && views->count() == 0) options->film.views = "first";
+    if ((!options->film.motion.empty() || !options->scene.empty()) && views->count() == 0)
+      options->film.views = "first";
     Device device(globals.device);
     Progress progress(globals.progress, globals.verbose);
     render(device, *options, progress);

@@ -40,34 +40,90 @@ std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const F
   return {path, frames};
 }
 
-/// The motion's frames, each from one of the views, spread evenly.
-void animate(const OpenRun& run, const FilmOptions& options, const CameraPath& path, Film& film) {
+Place place_of(const OpenRun& scene, const FilmOptions& options) {
+  if (options.place) return *options.place;
+  if (const HumanModel* human = scene.model->human()) {
+    const Placement start = start_of(human->body().body(), scene.capture.human->poses);
+    return {{start.x, start.y, start.z}, start.yaw};
+  }
+  const Eigen::Vector3d focus = focus_point(scene.capture);
+  const double distance = (scene.capture.frames.front().camera.centre() - focus).norm();
+  throw UsageError(fmt::format(
+      "{} has no person whose place could be taken: give --place x,y,z,yaw,units (its cameras look at "
+      "{:.2f},{:.2f},{:.2f} from {:.2f} units away)",
+      scene.folder.path().string(), focus.x(), focus.y(), focus.z(), distance));
+}
+
+/// The person in every frame of a motion.
+std::vector<PersonState> animated(const OpenRun& run, const OpenRun& scene, const FilmOptions& options,
+                                  double fps) {
   const HumanModel& human = *run.model->human();
   const Body& body = human.body().body();
-  const Motion loaded = resampled(load_motion(options.motion, body, options.mapping), film.fps);
-  const Motion motion = placed(body, loaded, start_of(body, run.capture.human->poses));
+  const Motion motion =
+      placed_in_scene(body, resampled(load_motion(options.motion, body, options.mapping), fps),
+                      place_of(scene, options), standing_up(scene.capture));
   const HumanModel::CodeRow codes = novel_codes(run.config, human);
-  for (int i = 0; i < motion.frame_count(); ++i)
-    film.shots.push_back(
-        {path.cameras[i * path.cameras.size() / motion.frame_count()], novel_state(motion, i, codes)});
+  std::vector<PersonState> states;
+  for (int i = 0; i < motion.frame_count(); ++i) states.push_back(novel_state(motion, i, codes));
+  return states;
+}
+
+/// The person in the given frames of the capture, moved to the place when there is one or the scene is
+/// another's.
+std::vector<PersonState> captured(const OpenRun& run, const OpenRun& scene, const FilmOptions& options,
+                                  const std::vector<int>& frames) {
+  const HumanModel& human = *run.model->human();
+  std::vector<PersonState> states;
+  for (const int frame : frames) states.push_back(captured_state(human, run.capture, frame));
+  if (&scene == &run && !options.place) return states;
+  const Motion motion = placed_in_scene(human.body().body(), run.capture.human->poses,
+                                        place_of(scene, options), standing_up(scene.capture));
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    states[i] = novel_state(motion, run.capture.frames[frames[i]].body_frame, states[i].codes);
+  return states;
+}
+
+std::vector<int> frames_with_person(const Capture& capture) {
+  std::vector<int> frames;
+  for (std::size_t i = 0; i < capture.frames.size(); ++i)
+    if (capture.frames[i].body_frame >= 0) frames.push_back(static_cast<int>(i));
+  return frames;
+}
+
+/// A shot for every state of the person, the cameras spread evenly over them.
+std::vector<Shot> spread(const std::vector<Camera>& cameras, const std::vector<PersonState>& states) {
+  std::vector<Shot> shots;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    shots.push_back({cameras[i * cameras.size() / states.size()], states[i]});
+  return shots;
+}
+
+Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options) {
+  const bool elsewhere = &scene != &run, has_person = run.model->human() != nullptr;
+  if (!has_person && (elsewhere || options.place || !options.motion.empty()))
+    throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
+  const auto [path, frames] = views_of(scene.capture, options);
+  Film film;
+  film.fps = path.fps;
+  if (options.place) film.units_per_metre = options.place->units;
+  if (!options.motion.empty()) {
+    film.shots = spread(path.cameras, animated(run, scene, options, film.fps));
+  } else if (elsewhere) {
+    film.fps = run.capture.fps;
+    film.shots = spread(path.cameras, captured(run, scene, options, frames_with_person(run.capture)));
+  } else if (has_person) {
+    film.shots = spread(path.cameras, captured(run, scene, options, frames));
+    film.known_poses = !options.place && (options.views == "train" || options.views == "test");
+  } else {
+    for (const Camera& camera : path.cameras) film.shots.push_back({camera, std::nullopt});
+  }
+  return film;
 }
 
 }  // namespace
 
-Film plan_film(const OpenRun& run, const FilmOptions& options) {
-  const HumanModel* human = run.model->human();
-  if (!human && !options.motion.empty())
-    throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
-  const auto [path, frames] = views_of(run.capture, options);
-  Film film{path.fps, {}, options.motion.empty() && (options.views == "train" || options.views == "test")};
-  if (!options.motion.empty()) {
-    animate(run, options, path, film);
-  } else {
-    for (std::size_t i = 0; i < path.cameras.size(); ++i) {
-      film.shots.push_back({path.cameras[i], std::nullopt});
-      if (human) film.shots.back().person = captured_state(*human, run.capture, frames[i]);
-    }
-  }
+Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options) {
+  Film film = whole_film(run, scene, options);
   if (options.frames) {
     const auto [first, end] = *options.frames;
     if (first < 0 || end <= first || end > static_cast<int>(film.shots.size()))

@@ -24,17 +24,19 @@ std::uint8_t byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f
 
 }  // namespace
 
-FilmRenderer::FilmRenderer(Device& device, const OpenRun& run, const std::string& layers, bool known_poses) {
+FilmRenderer::FilmRenderer(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
+                           const std::string& layers) {
   const HumanModel* human = run.model->human();
   if (layers == "human" && !human)
     throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
-  const HumanRenderer::Options options = human_renderer_options(run.config, known_poses);
+  HumanRenderer::Options options = human_renderer_options(run.config, film.known_poses);
+  options.units_per_metre = film.units_per_metre;
   if (layers == "human")
     human_.emplace(device, *human, options);
   else if (human && layers == "both")
-    both_.emplace(device, run.model->scene(), *human, options);
+    both_.emplace(device, scene.model->scene(), *human, options);
   else
-    scene_.emplace(device, run.model->scene(), SceneRenderer::Options{});
+    scene_.emplace(device, scene.model->scene(), SceneRenderer::Options{});
 }
 
 LayerFrame FilmRenderer::render(const Shot& shot) {

@@ -23,13 +23,16 @@ cv::Size film_size(const Film& film) {
 
 void render(Device& device, const RenderOptions& options, Progress& progress) {
   const OpenRun run = open_run(device, options.run, progress);
-  const Film film = plan_film(run, options.film);
+  std::optional<OpenRun> other;
+  if (!options.scene.empty()) other.emplace(open_run(device, options.scene, progress));
+  const OpenRun& scene = other ? *other : run;
+  const Film film = plan_film(run, scene, options.film);
   std::unique_ptr<VideoWriter> video;
   if (options.output.extension() == ".mp4")
     video = std::make_unique<VideoWriter>(options.output, film_size(film), film.fps);
   else
     std::filesystem::create_directories(options.output);
-  FilmRenderer renderer(device, run, options.layers, film.known_poses);
+  FilmRenderer renderer(device, run, scene, film, options.layers);
   const InterruptGuard guard;
   const auto count = static_cast<std::int64_t>(film.shots.size());
   progress.begin("render", 0, count);

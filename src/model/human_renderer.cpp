@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "vivant/data/camera_table.hpp"
+#include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
@@ -80,6 +81,29 @@ void PersonInputs::write(Executor& executor, const PersonState& state) const {
   if (codes_.bones) executor.write(codes_.bones, std::span<const float>(state.codes.bones));
 }
 
+namespace {
+
+/// The camera of a world of `units` in a metre, in metres.
+Camera metric(Camera camera, double units) {
+  camera.world_to_camera.topRightCorner<3, 1>() /= units;
+  return camera;
+}
+
+Rays metric(const Rays& rays, double units) {
+  return units == 1 ? rays : Rays{affine(rays.origins, 1 / units), rays.directions};
+}
+
+/// The samples of a person, lengths in another unit than metres.
+HumanFieldSamples in_units(HumanFieldSamples samples, double units) {
+  if (units == 1) return samples;
+  samples.depths = affine(samples.depths, units);
+  samples.deltas = affine(samples.deltas, units);
+  samples.density = affine(samples.density, 1 / units);
+  return samples;
+}
+
+}  // namespace
+
 HumanRenderer::HumanRenderer(Device& device, const HumanModel& model, const Options& options)
     : device_(device),
       model_(model),
@@ -99,10 +123,13 @@ void HumanRenderer::build(int width, int height) {
   pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
   person_ = std::make_unique<PersonInputs>(graph, model_);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
-  const HumanFieldSamples samples = person_->sample(
-      graph, planes_.value(graph), rays,
-      {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray_},
-      capacity_, options_.view_direction);
+  const double units = options_.units_per_metre;
+  const HumanFieldSamples samples = in_units(
+      person_->sample(
+          graph, planes_.value(graph), metric(rays, units),
+          {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray_},
+          capacity_, options_.view_direction),
+      units);
   if (options_.scene) {
     const SceneModel& scene = *options_.scene;
     const CompositeRays both =
@@ -127,8 +154,9 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
   if (!executor_ || width_ != camera.width || height_ != camera.height) build(camera.width, camera.height);
   const Body& body = model_.body().body();
   PersonView view;
-  view.window = visible_window(camera, skin(body, joint_transforms(body, state.pose, state.translation)),
-                               options_.threshold);
+  view.window =
+      visible_window(metric(camera, options_.units_per_metre),
+                     skin(body, joint_transforms(body, state.pose, state.translation)), options_.threshold);
   if (view.window.empty()) return view;
   std::vector<std::int32_t> pixels;
   for (int y = view.window.y; y < view.window.y + view.window.height; ++y)

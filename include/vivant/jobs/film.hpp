@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vivant/jobs/open_run.hpp"
+#include "vivant/jobs/placing.hpp"
 
 namespace vivant {
 
@@ -14,10 +15,12 @@ struct FilmOptions {
   std::string views = "test";  ///< train, test, first, orbit, or a camera path as a JSON file
   double orbit_angle = 30;     ///< degrees to each side, for views = orbit
   int orbit_frames = 48;
-  std::optional<std::pair<int, int>> size;    ///< of the pictures; else the cameras' own
-  std::optional<std::pair<int, int>> frames;  ///< the shots [first, end)
-  std::filesystem::path motion;  ///< animates the person: poses, BVH or AMASS; empty: the capture's own poses
-  std::filesystem::path mapping;  ///< names of a BVH file's joints, see load_motion
+  std::optional<std::pair<int, int>> size = {};    ///< of the pictures; else the cameras' own
+  std::optional<std::pair<int, int>> frames = {};  ///< the shots [first, end)
+  std::filesystem::path motion =
+      {};  ///< animates the person: poses, BVH or AMASS; empty: the capture's own poses
+  std::filesystem::path mapping = {};  ///< names of a BVH file's joints, see load_motion
+  std::optional<Place> place = {};     ///< of the person; else where the person of the scene's capture starts
 };
 
 /// A picture to make: from where, and what the person does in it (nothing in a run without one).
@@ -30,13 +33,17 @@ struct Shot {
 struct Film {
   double fps = 24;
   std::vector<Shot> shots;
-  bool known_poses = false;  ///< frames of the capture from their own cameras
+  bool known_poses = false;    ///< frames of the capture from their own cameras
+  double units_per_metre = 1;  ///< of the cameras' world; the person is in metres
 };
 
-/// Training and held-out views show the person as in their frames; an orbit shows the instant of the
-/// capture's middle frame; the views of a camera path show frame after frame. With a motion the film is as
-/// long as the motion, which starts where the person starts in the capture, and the views are spread over it.
-/// Throws UsageError for unknown views, frames that do not exist, or a motion in a run without a person.
-Film plan_film(const OpenRun& run, const FilmOptions& options);
+/// The film of the person of `run` in the scene of `scene`, which may be the same; cameras are those of
+/// `scene`. In its own scene and without a motion the person does what the views show: training and held-out
+/// views show their frames, an orbit the instant of the capture's middle frame, the views of a camera path
+/// frame after frame. With a motion, or in another scene (there the capture's own poses are the motion), the
+/// film is as long as the motion and the views are spread over it. Throws UsageError for unknown views,
+/// frames that do not exist, a motion or another scene without a person, and a scene without a person of its
+/// own when no place is given.
+Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options);
 
 }  // namespace vivant

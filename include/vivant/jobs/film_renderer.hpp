@@ -22,9 +22,10 @@ struct LayerFrame {
 /// Renders the layers that are asked for: "both", "scene" or "human". A run without a person shows its scene.
 class FilmRenderer {
  public:
-  /// Device and run must outlive it. `known_poses`: as in Film. Throws UsageError for the person of a run
-  /// without one.
-  FilmRenderer(Device& device, const OpenRun& run, const std::string& layers, bool known_poses);
+  /// Renders shots of `film`, which was planned for the person of `run` in the scene of `scene`. Device and
+  /// runs must outlive it. Throws UsageError for the person of a run without one.
+  FilmRenderer(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
+               const std::string& layers);
   LayerFrame render(const Shot& shot);
 
  private:

@@ -10,6 +10,7 @@ namespace vivant {
 
 struct RenderOptions {
   std::filesystem::path run;
+  std::filesystem::path scene;  ///< another run, whose scene the person is put into; empty: their own
   FilmOptions film;
   std::string layers = "both";   ///< both, scene or human
   std::filesystem::path output;  ///< a film (.mp4), or a folder for numbered pictures

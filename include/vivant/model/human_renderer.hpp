@@ -50,7 +50,7 @@ struct PersonView {
                                ///< premultiplied with alpha
   std::vector<float> alpha;    ///< [h, w] of the person
   std::vector<float> opacity;  ///< [h, w] of person and scene together
-  std::vector<float> depth;    ///< [h, w] expected depth along the ray; 0 where nothing is
+  std::vector<float> depth;  ///< [h, w] expected depth along the ray in the cameras' unit; 0 where nothing is
 
   /// For colours: puts the person alone over a picture, CV_8UC3 RGB.
   void draw_over(cv::Mat& picture) const;
@@ -65,6 +65,7 @@ class HumanRenderer {
     std::int64_t tile_rays = 2048;
     bool view_direction = true;
     const SceneModel* scene = nullptr;  ///< absent: the person alone
+    double units_per_metre = 1;         ///< of the world that cameras and scene are in; poses are in metres
     Intervals intervals = Intervals::own;
     double weight_threshold = 1e-4;  ///< scene samples that weigh less are left out; 0: none
     Output output = Output::colour;  ///< hidden units: of the scene, if any, then of the person
