@@ -109,7 +109,7 @@ TEST_CASE("human_model: the picture is the same in a world with another unit, de
   REQUIRE(*std::max_element(metric.alpha.begin(), metric.alpha.end()) > 0.5);
   double colour = 0, depth = 0;
   for (std::size_t i = 0; i < metric.alpha.size(); ++i) {
-    colour = std::max<double>(colour, std::abs(scaled.rgb[3 * i] - metric.rgb[3 * i]));
+    colour = std::max<double>(colour, std::abs(scaled.pixels[3 * i] - metric.pixels[3 * i]));
     depth = std::max(depth, std::abs(scaled.depth[i] - units * metric.depth[i]));
   }
   CHECK(colour < 0.01);
