@@ -32,6 +32,7 @@ void add_render(CLI::App& app, const Globals& globals) {
       "  vivant render runs/first --views test -o held-out\n"
       "  vivant render runs/first --views orbit --orbit-angle 20 -o orbit.mp4\n"
       "  vivant render runs/first --motion dance.bvh -o dance.mp4\n"
+      "  vivant render runs/first --views train --style painting.jpg -o painted.mp4\n"
       "  vivant render runs/first --scene runs/garden --place 0.5,0,-1,90 -o in-the-garden.mp4\n"
       "  vivant render runs/first --views path.json --size 960x540 --frames 0:24 -o path.mp4");
   const auto options = std::make_shared<RenderOptions>();
@@ -80,6 +81,12 @@ void add_render(CLI::App& app, const Globals& globals) {
       ->type_name("X,Y,Z,YAW[,UNITS]");
   command->add_option("--layers", options->layers, "what is shown")
       ->check(CLI::IsMember({"both", "scene", "human"}))
+      ->capture_default_str();
+  command->add_option("--style", options->style, "paint in the style of this picture")->type_name("IMAGE");
+  command
+      ->add_option("--strength", options->strength,
+                   "of the style: 0 is the reconstruction, 1 the whole style")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "a film (.mp4) or a folder for pictures")
       ->required()

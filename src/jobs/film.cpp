@@ -7,6 +7,8 @@
 namespace vivant {
 namespace {
 
+constexpr std::size_t reference_count = 4;
+
 std::vector<Camera> cameras_of(const Capture& capture, const std::vector<int>& frames) {
   std::vector<Camera> cameras;
   for (const int frame : frames) cameras.push_back(capture.frames[frame].camera);
@@ -120,10 +122,31 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
   return film;
 }
 
+/// At most `count` of them, spread evenly.
+template <typename T>
+std::vector<T> some_of(const std::vector<T>& all, std::size_t count) {
+  std::vector<T> some;
+  for (std::size_t i = 0; i < std::min(count, all.size()); ++i)
+    some.push_back(all[(2 * i + 1) * all.size() / (2 * std::min(count, all.size()))]);
+  return some;
+}
+
+std::vector<Shot> reference_shots(const OpenRun& run, const OpenRun& scene, const Film& film) {
+  if (&scene != &run) return some_of(film.shots, reference_count);
+  std::vector<Shot> shots;
+  for (const int frame : some_of(run.capture.training_frames(), reference_count)) {
+    shots.push_back({run.capture.frames[frame].camera, std::nullopt});
+    if (const HumanModel* human = run.model->human())
+      shots.back().person = captured_state(*human, run.capture, frame);
+  }
+  return shots;
+}
+
 }  // namespace
 
 Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options) {
   Film film = whole_film(run, scene, options);
+  film.references = reference_shots(run, scene, film);
   if (options.frames) {
     const auto [first, end] = *options.frames;
     if (first < 0 || end <= first || end > static_cast<int>(film.shots.size()))
@@ -133,7 +156,17 @@ Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opti
   if (options.size)
     for (Shot& shot : film.shots)
       shot.camera = shot.camera.resized(options.size->first, options.size->second);
+  for (Shot& shot : film.references)
+    shot.camera = shot.camera.resized(film.shots.front().camera.width, film.shots.front().camera.height);
   return film;
+}
+
+cv::Size film_size(const Film& film) {
+  const Camera& first = film.shots.front().camera;
+  for (const Shot& shot : film.shots)
+    if (shot.camera.width != first.width || shot.camera.height != first.height)
+      fail("the views have several sizes, a film has one: give --size");
+  return {first.width, first.height};
 }
 
 }  // namespace vivant

@@ -2,53 +2,91 @@
 
 #include <algorithm>
 
+#include "vivant/model/composite_renderer.hpp"
+#include "vivant/model/frame_stylizer.hpp"
+
 namespace vivant {
-namespace {
 
-constexpr float grey = 0.75f;  // behind the person alone
+/// Renders one output of the layers.
+class FilmRenderer::Layers {
+ public:
+  Layers(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
+         const std::string& layers, Output output) {
+    const HumanModel* human = run.model->human();
+    if (layers == "human" && !human)
+      throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
+    HumanRenderer::Options options = human_renderer_options(run.config, film.known_poses);
+    options.units_per_metre = film.units_per_metre;
+    options.output = output;
+    if (layers == "human")
+      human_.emplace(device, *human, options);
+    else if (human && layers == "both")
+      both_.emplace(device, scene.model->scene(), *human, options);
+    else
+      scene_.emplace(device, scene.model->scene(), SceneRenderer::Options{.output = output});
+  }
 
-/// The window of the person as a whole frame.
-LayerFrame whole_frame(const PersonView& view, const Camera& camera) {
-  const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-  LayerFrame frame{camera.width, camera.height, std::vector<float>(3 * pixels), std::vector<float>(pixels)};
-  for (int y = 0; y < view.window.height; ++y) {
-    const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(y) * view.window.width;
-    const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(view.window.y + y) * camera.width + view.window.x;
-    std::copy_n(view.pixels.begin() + 3 * from, 3 * view.window.width, frame.rgb.begin() + 3 * to);
-    std::copy_n(view.alpha.begin() + from, view.window.width, frame.alpha.begin() + to);
+  /// Pixels [H, W, C], and the alpha of the person alone.
+  struct Pixels {
+    std::vector<float> values, alpha;
+  };
+  Pixels render(const Camera& camera, const std::optional<PersonState>& person) {
+    if (human_) return whole_frame(human_->render(camera, *person), camera);
+    if (both_) return {both_->render(camera, *person).picture.pixels, {}};
+    return {scene_->render(camera).pixels, {}};
+  }
+
+ private:
+  /// The window of the person as a whole frame.
+  static Pixels whole_frame(const PersonView& view, const Camera& camera) {
+    const std::size_t channels = view.window.empty() ? 0 : view.pixels.size() / view.alpha.size();
+    const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
+    Pixels whole{std::vector<float>(channels * pixels), std::vector<float>(pixels)};
+    for (int y = 0; y < view.window.height; ++y) {
+      const std::size_t from = static_cast<std::size_t>(y) * view.window.width;
+      const std::size_t to = static_cast<std::size_t>(view.window.y + y) * camera.width + view.window.x;
+      std::copy_n(&view.pixels[channels * from], channels * view.window.width, &whole.values[channels * to]);
+      std::copy_n(&view.alpha[from], view.window.width, &whole.alpha[to]);
+    }
+    return whole;
+  }
+
+  std::optional<SceneRenderer> scene_;
+  std::optional<HumanRenderer> human_;
+  std::optional<CompositeRenderer> both_;
+};
+
+FilmRenderer::FilmRenderer(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
+                           const std::string& layers, bool features)
+    : colours_(std::make_unique<Layers>(device, run, scene, film, layers, Output::colour)) {
+  if (features) features_ = std::make_unique<Layers>(device, run, scene, film, layers, Output::feature);
+}
+FilmRenderer::~FilmRenderer() = default;
+
+LayerFrame FilmRenderer::render(const Shot& shot) {
+  Layers::Pixels colours = colours_->render(shot.camera, shot.person);
+  const std::size_t pixels = static_cast<std::size_t>(shot.camera.width) * shot.camera.height;
+  colours.values.resize(3 * pixels);  // a person outside of the picture has none
+  LayerFrame frame{
+      shot.camera.width, shot.camera.height, std::move(colours.values), std::move(colours.alpha), {}};
+  if (features_) {
+    const Camera camera = feature_camera(shot.camera);
+    frame.features = features_->render(camera, shot.person).values;
+    frame.features.resize(Stylizer::features * static_cast<std::size_t>(camera.width) * camera.height);
   }
   return frame;
 }
+
+namespace {
 
 std::uint8_t byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
 
 }  // namespace
 
-FilmRenderer::FilmRenderer(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
-                           const std::string& layers) {
-  const HumanModel* human = run.model->human();
-  if (layers == "human" && !human)
-    throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
-  HumanRenderer::Options options = human_renderer_options(run.config, film.known_poses);
-  options.units_per_metre = film.units_per_metre;
-  if (layers == "human")
-    human_.emplace(device, *human, options);
-  else if (human && layers == "both")
-    both_.emplace(device, scene.model->scene(), *human, options);
-  else
-    scene_.emplace(device, scene.model->scene(), SceneRenderer::Options{});
-}
-
-LayerFrame FilmRenderer::render(const Shot& shot) {
-  if (human_) return whole_frame(human_->render(shot.camera, *shot.person), shot.camera);
-  RenderedView view = both_ ? both_->render(shot.camera, *shot.person).picture : scene_->render(shot.camera);
-  return {view.width, view.height, std::move(view.pixels), {}};
-}
-
 cv::Mat to_picture(const LayerFrame& frame) {
   cv::Mat picture(frame.height, frame.width, CV_8UC3);
   for (std::size_t i = 0; i < frame.rgb.size(); ++i)
-    picture.data[i] = byte(frame.rgb[i] + (frame.alpha.empty() ? 0 : (1 - frame.alpha[i / 3]) * grey));
+    picture.data[i] = byte(frame.rgb[i] + (frame.alpha.empty() ? 0 : (1 - frame.alpha[i / 3]) * film_grey));
   return picture;
 }
 

@@ -16,7 +16,9 @@ OpenRun open_run(Device& device, const std::filesystem::path& path, Progress& pr
          path.string());
   for (const std::string& damaged : newest->damaged) progress.warn(damaged);
   restore_training(newest->checkpoint, model->store());
-  return {std::move(folder), std::move(config), std::move(capture), std::move(model)};
+  const std::string& stage = newest->checkpoint.stage;
+  return {std::move(folder), std::move(config), std::move(capture), std::move(model),
+          stage == "features" || stage == "style"};
 }
 
 }  // namespace vivant

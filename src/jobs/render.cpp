@@ -4,23 +4,10 @@
 
 #include "vivant/io/image.hpp"
 #include "vivant/io/video.hpp"
-#include "vivant/jobs/film_renderer.hpp"
+#include "vivant/jobs/film_stylizer.hpp"
 #include "vivant/jobs/interrupt.hpp"
 
 namespace vivant {
-namespace {
-
-/// The one size of all shots.
-cv::Size film_size(const Film& film) {
-  const Camera& first = film.shots.front().camera;
-  for (const Shot& shot : film.shots)
-    if (shot.camera.width != first.width || shot.camera.height != first.height)
-      fail("the views have several sizes, a film has one: give --size");
-  return {first.width, first.height};
-}
-
-}  // namespace
-
 void render(Device& device, const RenderOptions& options, Progress& progress) {
   const OpenRun run = open_run(device, options.run, progress);
   std::optional<OpenRun> other;
@@ -32,12 +19,15 @@ void render(Device& device, const RenderOptions& options, Progress& progress) {
     video = std::make_unique<VideoWriter>(options.output, film_size(film), film.fps);
   else
     std::filesystem::create_directories(options.output);
-  FilmRenderer renderer(device, run, scene, film, options.layers);
+  FilmRenderer renderer(device, run, scene, film, options.layers, !options.style.empty());
+  std::optional<FilmStylizer> stylizer;
+  if (!options.style.empty()) stylizer.emplace(device, scene, film, renderer, std::vector{options.style});
   const InterruptGuard guard;
   const auto count = static_cast<std::int64_t>(film.shots.size());
   progress.begin("render", 0, count);
   for (std::int64_t i = 0; i < count; ++i) {
-    const LayerFrame frame = renderer.render(film.shots[i]);
+    LayerFrame frame = renderer.render(film.shots[i]);
+    if (stylizer) frame = stylizer->stylise(frame, 0, options.strength);
     if (video)
       video->write(to_picture(frame));
     else

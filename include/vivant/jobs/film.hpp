@@ -33,6 +33,9 @@ struct Shot {
 struct Film {
   double fps = 24;
   std::vector<Shot> shots;
+  /// Shots that show what the film's colours are, from which they are matched to a painting: in its own scene
+  /// training frames, the same for every film of the run, so that all its films have the same colours.
+  std::vector<Shot> references;
   bool known_poses = false;    ///< frames of the capture from their own cameras
   double units_per_metre = 1;  ///< of the cameras' world; the person is in metres
 };
@@ -45,5 +48,8 @@ struct Film {
 /// frames that do not exist, a motion or another scene without a person, and a scene without a person of its
 /// own when no place is given.
 Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options);
+
+/// All frames have this size. Throws Error when the views have several.
+cv::Size film_size(const Film& film);
 
 }  // namespace vivant

@@ -15,6 +15,7 @@ struct OpenRun {
   Config config;
   Capture capture;
   std::unique_ptr<CaptureModel> model;
+  bool has_features = false;  ///< the fields have learned to render features, which styles need
 };
 
 /// Opens a run for reading. Throws Error when it has no checkpoint yet; tells `progress` of damaged ones

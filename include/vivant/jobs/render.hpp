@@ -12,7 +12,10 @@ struct RenderOptions {
   std::filesystem::path run;
   std::filesystem::path scene;  ///< another run, whose scene the person is put into; empty: their own
   FilmOptions film;
-  std::string layers = "both";   ///< both, scene or human
+  std::string layers = "both";  ///< both, scene or human
+  std::filesystem::path
+      style;            ///< the film is painted in the style of this picture; empty: the reconstruction
+  double strength = 1;  ///< of the style, 0 to 1
   std::filesystem::path output;  ///< a film (.mp4), or a folder for numbered pictures
 };
 
