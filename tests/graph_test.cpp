@@ -38,6 +38,17 @@ TEST_CASE("graph: errors name the op and what does not fit") {
   CHECK(contains(error_of([&] { graph.assign(x, w); }), "[assign] [32, 8] does not fit into [5, 64]"));
 }
 
+TEST_CASE("graph: shapes and nodes stay where they are while more are recorded") {
+  Graph graph;
+  const Value x = graph.input("x", {5, 64});
+  add(x, x);
+  const Shape& shape = x.shape();
+  const Graph::Node& node = graph.nodes().front();
+  for (int i = 0; i < 1000; ++i) add(x, x);
+  CHECK(&shape == &x.shape());
+  CHECK(&node == &graph.nodes().front());
+}
+
 TEST_CASE("graph: gradients of a cube, first and second order, by hand") {
   Graph graph;
   const Value x = graph.input("x", {4});

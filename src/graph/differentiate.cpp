@@ -32,7 +32,7 @@ Values differentiate(Graph& graph, const Values& outputs, const Values& seeds, c
   for (std::size_t k = 0; k < outputs.size(); ++k)
     if (depends[outputs[k].id]) accumulate(outputs[k].id, seeds[k]);
   for (std::size_t n = graph.nodes().size(); n-- > 0;) {
-    const Graph::Node node = graph.nodes()[n];  // a copy: recording below may move the list
+    const Graph::Node& node = graph.nodes()[n];
     Values grad_out;
     bool flows = false;
     for (const Value& out : node.outputs) {

@@ -56,7 +56,7 @@ struct Linear final : Op {
                                           {grad, w, Value{}, pack_weights(w, !transposed)});
     if (request.needed[1]) grads[1] = transposed ? outer_sum(grad, x) : outer_sum(x, grad);
     if (request.needed[2]) {
-      const Shape b = request.in[2].shape();  // a copy: recording may move the graph's values
+      const Shape& b = request.in[2].shape();
       grads[2] = b.rank() > 1 && b.rows() == x.shape().rows() ? grad : sum_groups(grad, b.rows());
       grads[2] = request.graph.reshape(grads[2], b);
     }

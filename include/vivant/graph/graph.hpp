@@ -1,4 +1,5 @@
 #pragma once
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,6 +22,7 @@ struct Value {
 
   explicit operator bool() const { return graph != nullptr; }
   bool operator==(const Value&) const = default;
+  /// Type and shape stay where they are while the graph lives.
   const TensorType& type() const;
   const Shape& shape() const { return type().shape; }
   DType dtype() const { return type().dtype; }
@@ -95,8 +97,8 @@ class Graph {
   /// What `make` records under `name`, made once per graph: parameters, for example.
   Value named(const std::string& name, const std::function<Value()>& make);
 
-  const std::vector<ValueRecord>& values() const { return values_; }
-  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::deque<ValueRecord>& values() const { return values_; }
+  const std::deque<Node>& nodes() const { return nodes_; }
   Value value(int id) { return {this, id}; }
   /// The value whose memory `id` uses: itself, or what it is an alias of.
   int root(int id) const;
@@ -118,8 +120,9 @@ class Graph {
   Value add(ValueRecord record);
   Value alias(Value x, TensorType type, std::shared_ptr<const Op> op);
 
-  std::vector<ValueRecord> values_;
-  std::vector<Node> nodes_;
+  // References into them stay valid while nodes are added.
+  std::deque<ValueRecord> values_;
+  std::deque<Node> nodes_;
   std::map<std::pair<int, std::string>, Value> memoised_;
   std::string scope_;
 };
