@@ -1,0 +1,177 @@
+// The exact rewrites that make training and rendering fast, each against its plain form on small fields.
+#include <cmath>
+#include <random>
+
+#include "graph_helpers.hpp"
+#include "io_helpers.hpp"
+#include "vivant/model/baked_planes.hpp"
+#include "vivant/model/scene_model.hpp"
+#include "vivant/ops/elementwise.hpp"
+#include "vivant/ops/loss.hpp"
+#include "vivant/ops/reduction.hpp"
+#include "vivant/ops/volume_render.hpp"
+
+using namespace vivant;
+
+namespace {
+
+constexpr std::int64_t ray_count = 48;
+constexpr int sample_count = 24;
+
+/// A small scene with planes from U-Nets, and what is asked of it.
+struct Scene {
+  Device& device = test_device();
+  ParameterStore store;
+  SceneModel model{device,
+                   store,
+                   Initializer(3),
+                   {.plane_size = 16, .channels = 16, .unet_widths = {16, 16}, .density_bias = 1},
+                   {.radius = Eigen::Vector3d(2, 2, 2), .near = 0.2, .far = 5, .opaque_last = false},
+                   sample_count};
+  Scene() { store.allocate(device); }
+
+  /// Rays from around (0, 0, -2.5) into the scene, others for every `seed`.
+  static Rays rays(Graph& graph, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-0.4, 0.4);
+    std::vector<double> origins, directions;
+    for (std::int64_t r = 0; r < ray_count; ++r) {
+      const Eigen::Vector3d direction = Eigen::Vector3d(uniform(random), uniform(random), 1).normalized();
+      for (const double x : {uniform(random), uniform(random), -2.5}) origins.push_back(x);
+      directions.insert(directions.end(), direction.begin(), direction.end());
+    }
+    return {graph.constant({ray_count, 3}, origins), graph.constant({ray_count, 3}, directions)};
+  }
+  Value colour(Graph& graph, Value planes, unsigned seed, double threshold = 0) const {
+    const RenderedRays rendered =
+        model.render(graph, model.sample(graph, planes, rays(graph, seed), nullptr), threshold);
+    return model.field().colour(graph, rendered.hidden, rendered.alpha);
+  }
+  Values parameters(Graph& graph, const std::string& prefix = "scene.") {
+    Values values;
+    for (const ParameterStore::Parameter& parameter : store.parameters())
+      if (parameter.name.starts_with(prefix) && !parameter.name.starts_with("scene.feature"))
+        values.push_back(store.value(graph, parameter.name));
+    return values;
+  }
+};
+
+/// A loss with a different gradient for every element.
+Value uneven_loss(Value x) { return l2_loss(x, affine(x.graph->detach(x), 0.3, 0.2)); }
+
+double relative_error(const std::vector<float>& a, const std::vector<float>& b) {
+  REQUIRE(a.size() == b.size());
+  double difference = 0, size = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    difference += std::pow(static_cast<double>(a[i]) - b[i], 2);
+    size += std::pow(static_cast<double>(b[i]), 2);
+  }
+  REQUIRE(size > 0);
+  return std::sqrt(difference / size);
+}
+
+double largest(const std::vector<float>& numbers) {
+  return *std::max_element(numbers.begin(), numbers.end());
+}
+
+}  // namespace
+
+TEST_CASE("rewrites: baked planes give the bits of planes computed in the graph") {
+  Scene scene;
+  const BakedPlanes baked(scene.device, scene.model.field());
+  Graph plain, quick;
+  const Value expected = scene.colour(plain, scene.model.field().planes(plain), 1);
+  const Value got = scene.colour(quick, baked.value(quick), 1);
+  Run plain_run(plain, {expected}), quick_run(quick, {got});
+  const std::vector<float> before = plain_run.read(expected);
+  CHECK(quick_run.read(got) == before);
+  std::vector<float> bias = scene.store.read("scene.unet_xy.out.bias");
+  bias[0] += 1;
+  scene.store.write("scene.unet_xy.out.bias", bias);
+  CHECK(plain_run.read(expected) != before);
+  CHECK(quick_run.read(got) == before);  // what was baked stays
+}
+
+TEST_CASE("rewrites: rendering hidden units and projecting once is projecting every sample, gradients too") {
+  Scene scene;
+  Graph graph;
+  const Field& field = scene.model.field();
+  const FieldSamples samples = scene.model.sample(graph, field.planes(graph), Scene::rays(graph, 1), nullptr);
+  const RenderedRays rendered = scene.model.render(graph, samples);
+  const Value quick = field.colour(graph, rendered.hidden, rendered.alpha);
+  // Every sample has the alpha 1 of its own; then its colour is rendered.
+  const Value ones =
+      graph.constant({ray_count * sample_count, 1}, std::vector<double>(ray_count * sample_count, 1.0));
+  const Value colours = field.colour(graph, scene.model.hidden(graph, samples), ones);
+  const Value plain = weighted_sum(rendered.weight, colours);
+  const Values parameters = scene.parameters(graph);
+  Values outputs = {quick, plain};
+  for (const Value& rgb : {quick, plain}) {
+    const Values gradients = differentiate(graph, uneven_loss(rgb), parameters);
+    outputs.insert(outputs.end(), gradients.begin(), gradients.end());
+  }
+  Run run(graph, outputs);
+  CHECK(relative_error(run.read(quick), run.read(plain)) < 1e-6);
+  CHECK(largest(run.read(plain)) > 0.1);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    CHECK(relative_error(run.read(outputs[2 + i]), run.read(outputs[2 + parameters.size() + i])) < 1e-4);
+}
+
+TEST_CASE(
+    "rewrites: what density first leaves out stays within samples times threshold times the largest unit") {
+  Scene scene;
+  Graph graph;
+  const Field& field = scene.model.field();
+  const FieldSamples samples = scene.model.sample(graph, field.planes(graph), Scene::rays(graph, 1), nullptr);
+  const RenderedRays plain = scene.model.render(graph, samples);
+  const Value hidden = scene.model.hidden(graph, samples);
+  for (const double threshold : {1e-4, 1e-2}) {
+    const RenderedRays quick = scene.model.render(graph, samples, threshold);
+    const Value plain_colour = field.colour(graph, plain.hidden, plain.alpha),
+                quick_colour = field.colour(graph, quick.hidden, quick.alpha);
+    Run run(graph, {plain.hidden, quick.hidden, hidden, plain.weight, plain_colour, quick_colour});
+    const std::vector<float> all = run.read(plain.hidden), some = run.read(quick.hidden),
+                             weights = run.read(plain.weight), all_rgb = run.read(plain_colour),
+                             some_rgb = run.read(quick_colour);
+    const double bound = sample_count * threshold * largest(run.read(hidden));
+    CHECK(std::any_of(weights.begin(), weights.end(), [&](float w) { return w > 0 && w <= threshold; }));
+    double least = 0, most = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      least = std::min(least, static_cast<double>(all[i]) - some[i]);  // units are not negative
+      most = std::max(most, static_cast<double>(all[i]) - some[i]);
+    }
+    CHECK(least > -1e-6);
+    CHECK(most > 0);
+    CHECK(most <= bound);
+    // A colour changes by at most the bound times the sum of its row of the last layer.
+    const std::vector<float> last = scene.store.read("scene.colour.weight");
+    for (int c = 0; c < 3; ++c) {
+      double row = 0, change = 0;
+      for (std::size_t k = 0; k < Field::hidden_width; ++k) row += std::abs(last[3 * k + c]);
+      for (std::int64_t r = 0; r < ray_count; ++r)
+        change = std::max(change, std::abs(static_cast<double>(all_rgb[3 * r + c]) - some_rgb[3 * r + c]));
+      CHECK(change <= bound * row + 1e-6);
+    }
+  }
+}
+
+TEST_CASE("rewrites: gradients gathered on the planes over ray batches are those of the summed loss") {
+  Scene scene;
+  Graph graph;
+  const Value planes = scene.model.field().planes(graph);
+  const Values unets = scene.parameters(graph, "scene.unet");
+  Value total, gathered;
+  for (unsigned batch = 1; batch <= 3; ++batch) {
+    const Value loss = uneven_loss(scene.colour(graph, planes, batch));
+    const Value gradient = differentiate(graph, loss, {planes}).front();
+    total = total ? add(total, loss) : loss;
+    gathered = gathered ? add(gathered, gradient) : gradient;
+  }
+  const Values plain = differentiate(graph, total, unets),
+               quick = differentiate(graph, {planes}, {gathered}, unets);
+  Values outputs = plain;
+  outputs.insert(outputs.end(), quick.begin(), quick.end());
+  Run run(graph, outputs);
+  for (std::size_t i = 0; i < unets.size(); ++i)
+    CHECK(relative_error(run.read(quick[i]), run.read(plain[i])) < 1e-5);
+}
