@@ -77,18 +77,6 @@ TEST_CASE("command line: wrong usage exits with 2 and one line") {
   check_usage_error("bench no_such_op", "'no_such_op'");
 }
 
-TEST_CASE("command line: without an OpenCL device the packages to install are named") {
-  const TemporaryFolder empty;
-  for (const std::string command : {"devices", "bench linear --quick"}) {
-    const Finished run = run_vivant(command, "OCL_ICD_VENDORS=" + empty.path().string());
-    CHECK(run.exit_code == 1);
-    CHECK(run.out.empty());
-    CHECK(contains(run.err, "no OpenCL device was found"));
-    CHECK(contains(run.err, "pocl-opencl-icd"));
-    CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
-  }
-}
-
 TEST_CASE("command line: ops describe themselves as JSON") {
   CHECK(contains(run_vivant("op list").out, "linear"));
   const auto op = nlohmann::json::parse(run_vivant("op show linear").out);

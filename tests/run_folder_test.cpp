@@ -78,7 +78,14 @@ TEST_CASE("run folder: metrics end where the resumed run goes on") {
       if (stage == std::string("reconstruct") || step <= 20) kept = rows;
     }
   write_file(run.metrics(), rows + "{\"stage\":\"fea");
+  std::ofstream open_before(run.metrics(), std::ios::app);
   run.rewind_metrics("features", 25);
+  CHECK(read_whole_file(run.metrics()) == kept);
+  const std::string row = "{\"stage\":\"features\",\"step\":21}";
+  open_before << row << std::endl << row << std::flush;  // the second is cut short
+  run.rewind_metrics("features", 25);
+  CHECK(read_whole_file(run.metrics()) == kept + row + "\n");
+  run.rewind_metrics("features", 20);
   CHECK(read_whole_file(run.metrics()) == kept);
   run.rewind_metrics("reconstruct", 30);
   CHECK(std::count(kept.begin(), kept.end(), '\n') == 5);

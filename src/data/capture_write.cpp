@@ -1,6 +1,5 @@
 // write_capture and copy_capture_essentials.
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "camera_json.hpp"
 #include "vivant/data/capture.hpp"
@@ -30,9 +29,7 @@ ordered_json frame_entry(const CaptureFrame& frame, const ordered_json& shared) 
 
 void write_capture(const Capture& capture, const fs::path& folder) {
   if (capture.frames.empty()) fail("'{}': a capture needs frames", folder.string());
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) fail("cannot make the folder '{}': {}", folder.string(), error.message());
+  make_folder(folder);
   const ordered_json shared = intrinsics_json(capture.frames[0].camera);
   ordered_json whole = {{"camera_model", "OPENCV"}};
   whole.update(shared);

@@ -82,6 +82,12 @@ void AtomicFile::commit() {
   replace_file(temporary_, path_);
 }
 
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) fail("cannot make the folder '{}': {}", path.string(), error.message());
+}
+
 void write_text_file(const fs::path& path, std::string_view text) {
   AtomicFile file(path);
   file.write(text);

@@ -71,7 +71,7 @@ VideoWriter::VideoWriter(fs::path path, cv::Size size, double fps)
     fail("'{}': a frame rate of {} is not possible", path_.string(), fps);
   if (path_.extension() != ".mp4")
     throw UsageError(fmt::format("'{}': videos are written as .mp4", path_.string()));
-  AtomicFile probe(temporary_);  // an unwritable folder is reported before any frame is rendered
+  AtomicFile probe(path_);  // an unwritable folder is reported before any frame is rendered
   // A socket rather than a pipe: writing to an ffmpeg that has died then gives an error instead of a signal.
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/video.hpp"
 #include "vivant/jobs/film_stylizer.hpp"
@@ -18,7 +19,7 @@ void render(Device& device, const RenderOptions& options, Progress& progress) {
   if (options.output.extension() == ".mp4")
     video = std::make_unique<VideoWriter>(options.output, film_size(film), film.fps);
   else
-    std::filesystem::create_directories(options.output);
+    make_folder(options.output);
   FilmRenderer renderer(device, run, scene, film, options.layers, !options.style.empty());
   std::optional<FilmStylizer> stylizer;
   if (!options.style.empty()) stylizer.emplace(device, scene, film, renderer, std::vector{options.style});

@@ -20,12 +20,6 @@ namespace {
 
 constexpr std::string_view extension = ".safetensors";
 
-void make_folder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) fail("cannot make the folder '{}': {}", path.string(), error.message());
-}
-
 fs::path checkpoint_folder(const fs::path& run) { return run / "checkpoints"; }
 
 /// The number in "00001200.safetensors"; -1 for other names, such as those of unfinished files.
@@ -39,13 +33,15 @@ std::int64_t number_of(const fs::path& file) {
 
 }  // namespace
 
-RunFolder RunFolder::create(const fs::path& path, const std::string& config_toml) {
+RunFolder RunFolder::create(const fs::path& path, const std::string& config_toml,
+                            const std::function<void(const fs::path&)>& fill) {
   RunFolder run(path);
   if (fs::exists(run.config()))
     fail("'{}' already holds a run: go on with it by --resume, or choose another folder", path.string());
   for (const fs::path& folder : {path, checkpoint_folder(path), run.previews(), run.capture()})
     make_folder(folder);
   run.lock();
+  if (fill) fill(path);
   write_text_file(run.config(), config_toml);
   return run;
 }
@@ -114,14 +110,14 @@ std::optional<RunFolder::Newest> RunFolder::newest_checkpoint() const {
 void RunFolder::rewind_metrics(const std::string& stage, std::int64_t step) const {
   if (!fs::exists(metrics())) return;
   std::istringstream rows(read_whole_file(metrics()));
-  std::string seen, kept;
-  for (std::string row; std::getline(rows, row);) {
+  std::size_t seen = 0, kept = 0;
+  for (std::string row; std::getline(rows, row) && !rows.eof();) {  // a row without its end is cut short
     const nlohmann::json values = nlohmann::json::parse(row, nullptr, false);
     if (!values.is_object()) break;
-    seen += row + "\n";
+    seen += row.size() + 1;
     if (values.value("stage", "") == stage && values.value("step", std::int64_t{0}) <= step) kept = seen;
   }
-  write_text_file(metrics(), kept);
+  fs::resize_file(metrics(), kept);  // the same file: somebody may have opened it to append
 }
 
 }  // namespace vivant

@@ -9,6 +9,7 @@
 #include "vivant/data/capture.hpp"
 #include "vivant/data/walk.hpp"
 #include "vivant/io/assets.hpp"
+#include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/runtime/error.hpp"
 
@@ -133,8 +134,8 @@ class Film {
     capture.human = CaptureHuman{body_, motion};
     capture.scene_box = room_.box();
     capture.scene_box_given = true;
-    fs::create_directories(folder / "images");
-    fs::create_directories(folder / "masks");
+    make_folder(folder / "images");
+    make_folder(folder / "masks");
     for (const Shot& shot : shots) {
       CaptureFrame frame;
       const std::string file = fmt::format("{:04}.png", capture.frames.size() + 1);

@@ -23,13 +23,10 @@ struct Stage {
 
 RunFolder open_run(const TrainOptions& options) {
   if (options.resume) return RunFolder::open_to_write(options.run);
-  return RunFolder::create(options.run, to_toml(options.config));
-}
-
-/// The run's own configuration when it is resumed, and the capture that it was made from.
-Config config_of(const TrainOptions& options, const RunFolder& run) {
-  if (!options.resume) return options.config;
-  return parse_config("", read_whole_file(run.config()), run.config().string());
+  const Capture capture = load_capture(options.capture);  // first: a bad capture leaves no run behind
+  return RunFolder::create(options.run, to_toml(options.config), [&](const std::filesystem::path& folder) {
+    copy_capture_essentials(capture, folder);
+  });
 }
 
 std::size_t index_of(const std::vector<Stage>& stages, const std::string& name, const std::string& source) {
@@ -53,14 +50,10 @@ void show_plan(Device& device, const TrainOptions& options) {
 
 void train(Device& device, const TrainOptions& options, Progress& progress) {
   if (options.print_plan || !options.dot.empty()) return show_plan(device, options);
-  std::optional<Capture> given;
-  if (!options.resume)
-    given = load_capture(options.capture);  // before the folder: a bad capture leaves no run behind
   const RunFolder run = open_run(options);
-  const Config config = config_of(options, run);
   progress.record_in(run);
-  if (given) copy_capture_essentials(*given, run.path());
-  // Always the copy, so that a resumed run sees the same numbers to the last bit.
+  // Always the run's copies, so that a resumed run sees the same numbers to the last bit.
+  const Config config = parse_config("", read_whole_file(run.config()), run.config().string());
   const Capture capture = load_capture(run.capture());
 
   CaptureModel model(device, config, capture);
@@ -87,6 +80,8 @@ void train(Device& device, const TrainOptions& options, Progress& progress) {
       current = index_of(stages, newest->checkpoint.stage, newest->checkpoint.source);
       first_step = newest->checkpoint.step;
       run.rewind_metrics(newest->checkpoint.stage, first_step);
+    } else {
+      run.rewind_metrics("", 0);  // stopped before the first checkpoint: all over again
     }
   }
   const InterruptGuard guard;

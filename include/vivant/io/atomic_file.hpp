@@ -31,6 +31,9 @@ std::filesystem::path temporary_name(const std::filesystem::path& path);
 /// Makes the finished file `temporary` durable and gives it the name `path` (same folder).
 void replace_file(const std::filesystem::path& temporary, const std::filesystem::path& path);
 
+/// Makes a folder and those above it; nothing when it exists. Throws Error when it cannot be made.
+void make_folder(const std::filesystem::path& path);
+
 /// Writes a whole text atomically.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,7 +16,10 @@ namespace vivant {
 class RunFolder {
  public:
   /// Makes a new run with this configuration. Throws when the folder already holds a run, or cannot be made.
-  static RunFolder create(const std::filesystem::path& path, const std::string& config_toml);
+  /// `fill` puts into the folder what a run needs from the start; config.toml, by which a run is known, comes
+  /// last.
+  static RunFolder create(const std::filesystem::path& path, const std::string& config_toml,
+                          const std::function<void(const std::filesystem::path&)>& fill = {});
   /// Opens a run to go on with it. Throws when there is none, and while another process writes to it.
   static RunFolder open_to_write(const std::filesystem::path& path);
   /// Opens a run to look at it, which is possible while another process writes to it.
