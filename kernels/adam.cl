@@ -37,7 +37,7 @@ KERNEL void adam_find(IN REAL* restrict gradients, IN uchar* restrict groups, GL
 }
 
 // corrections: 1 / (1 - beta1^t), 1 / sqrt(1 - beta2^t)
-KERNEL void adam_prepare(IN int* restrict bad, IN int* restrict step, IN REAL* restrict loss,
+KERNEL void adam_prepare(IN int* restrict bad, IN int* restrict step, IN REAL* restrict loss, IN int* restrict overflow,
                          GLOBAL int* restrict status, GLOBAL REAL* restrict corrections, int chunks, REAL log_beta1,
                          REAL log_beta2) {
   if (get_global_id(0) > 0) return;
@@ -47,11 +47,11 @@ KERNEL void adam_prepare(IN int* restrict bad, IN int* restrict step, IN REAL* r
   if (!status || status[0] != 0) return;
   int found = -1;
   for (int chunk = 0; chunk < chunks && found < 0; ++chunk) found = bad[chunk];
-  const int what = found >= 0 ? 1 : loss && NOT_FINITE(loss[0]) ? 2 : 0;
+  const int what = overflow && overflow[0] != 0 ? 3 : found >= 0 ? 1 : loss && NOT_FINITE(loss[0]) ? 2 : 0;
   if (what == 0) return;
   status[0] = what;
   status[1] = step[0];
-  status[2] = found;
+  status[2] = what == 1 ? found : -1;
 }
 
 KERNEL void adam_update(GLOBAL REAL* restrict parameters, IN REAL* restrict gradients, GLOBAL REAL* restrict first,

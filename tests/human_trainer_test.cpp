@@ -1,5 +1,6 @@
 #include "vivant/jobs/human_trainer.hpp"
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "io_helpers.hpp"
@@ -53,8 +54,10 @@ struct Training {
   const Capture& capture = small_capture();
   Config config = small_config();
   CaptureModel model{device, config, capture};
-  HumanTrainer trainer{device, config, capture, model.store(), *model.human(), backgrounds()};
+  HumanTrainer trainer;
 
+  explicit Training(double room = 1.25)
+      : trainer(device, config, capture, model.store(), *model.human(), backgrounds(), room) {}
   void run(std::int64_t from, std::int64_t to) {
     for (std::int64_t step = from; step < to; ++step) trainer.run(step);
     CHECK(trainer.failure() == "");
@@ -104,6 +107,29 @@ TEST_CASE("human_trainer: the same seed gives the same bits") {
   b.run(0, 3);
   CHECK(a.parameters() == b.parameters());
   CHECK(a.trainer.terms() == b.trainer.terms());
+}
+
+TEST_CASE(
+    "human_trainer: a batch that does not fit is repeated, with the same result whenever it is noticed") {
+  constexpr std::int64_t steps = 8;
+  Training roomy(2), tight(1), late(1);
+  roomy.run(0, steps);
+  late.run(0, steps);
+  for (std::int64_t step = 0; step < steps; ++step) {
+    tight.run(step, step + 1);
+    CHECK(std::isfinite(*tight.trainer.report(step + 1).loss));
+  }
+  CHECK(roomy.trainer.repeated_steps() == 0);
+  CHECK(tight.trainer.repeated_steps() > 0);
+  CHECK(tight.trainer.repeated_steps() < steps);
+  CHECK(late.trainer.repeated_steps() == tight.trainer.repeated_steps());
+  CHECK(late.parameters() == tight.parameters());
+  CHECK(late.trainer.terms() == tight.trainer.terms());
+  // Sums over more room round differently.
+  const std::vector<float> a = tight.parameters(), b = roomy.parameters();
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(double(a[i]) - b[i]));
+  CHECK(worst < 1e-4);
 }
 
 TEST_CASE("human_trainer: a synthetic walker is learned, as a held-out frame shows") {

@@ -63,13 +63,12 @@ void run_stage(const TrainingState& state, const std::string& stage, StageTraine
     const std::int64_t done = step + 1;
     const bool last = done == steps, stopped = interrupted();
     const auto due = [&](std::int64_t every) { return every > 0 && (done % every == 0 || last); };
-    if (due(training.report_every) || stopped) {
-      progress.report(trainer.report(done));
-      check_health(done);
-    }
-    if (due(training.preview_every))
-      trainer.preview(state.run.previews(), fmt::format("{}-{:06}", stage, done));
-    if (due(training.checkpoint_every) || stopped) save_training(state, stage, done);
+    const bool reports = due(training.report_every) || stopped, previews = due(training.preview_every),
+               saves = due(training.checkpoint_every) || stopped;
+    if (reports) progress.report(trainer.report(done));
+    if (reports || previews || saves) check_health(done);
+    if (previews) trainer.preview(state.run.previews(), fmt::format("{}-{:06}", stage, done));
+    if (saves) save_training(state, stage, done);
     if (stopped && !last) {
       progress.end();
       throw Interrupted(

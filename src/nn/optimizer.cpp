@@ -28,7 +28,8 @@ Optimizer::Optimizer(Device& device, Graph& graph, ParameterStore& store,
         .rates = rates_,
         .step = step_,
         .status = status_,
-        .loss = loss},
+        .loss = loss,
+        .overflow = options.overflow},
        options.adam);
 }
 
@@ -40,11 +41,17 @@ void Optimizer::set_step(Executor& executor, std::int64_t step, const std::vecto
 std::string Optimizer::failure(Executor& executor) {
   const std::vector<std::int32_t> status = executor.read_ints(status_);
   if (status[0] == 0) return {};
+  if (status[0] == 3) return fmt::format("an overflow at step {}", status[1]);
   if (status[0] == 2) return fmt::format("the loss is not finite at step {}", status[1]);
   for (const ParameterStore::Parameter& parameter : store_.parameters())
     if (status[2] >= parameter.offset && status[2] < parameter.offset + parameter.shape.elements())
       return fmt::format("the gradient of {} is not finite at step {}", parameter.name, status[1]);
   return fmt::format("a gradient is not finite at step {}", status[1]);
+}
+
+std::optional<std::int64_t> Optimizer::overflowed_step(Executor& executor) {
+  const std::vector<std::int32_t> status = executor.read_ints(status_);
+  return status[0] == 3 ? std::optional<std::int64_t>(status[1]) : std::nullopt;
 }
 
 double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay) {

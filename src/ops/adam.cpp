@@ -14,7 +14,7 @@ constexpr std::int64_t block = 64, chunk = 64 * block;
 std::int64_t chunks_in(std::int64_t elements) { return (elements + chunk - 1) / chunk; }
 
 struct Adam final : Op {
-  enum Input { parameters, gradients, first, second, groups, rates, step, status, loss };
+  enum Input { parameters, gradients, first, second, groups, rates, step, status, loss, overflow };
 
   explicit Adam(const AdamOptions& options) : options(options) {}
   std::string_view name() const override { return "adam"; }
@@ -33,6 +33,8 @@ struct Adam final : Op {
     if (in[status].shape.rank() > 0 && (in[status].dtype != DType::i32 || in[status].shape != Shape{3}))
       fail("[adam] the status must be i32 [3], it is {} {}", name_of(in[status].dtype),
            in[status].shape.text());
+    if (in[overflow].shape.rank() > 0 && (in[overflow].dtype != DType::i32 || in[status].shape.rank() == 0))
+      fail("[adam] an overflow must be i32 and needs a status");
     return {};
   }
   TensorTypes workspaces(const TensorTypes& in) const override {
@@ -46,8 +48,8 @@ struct Adam final : Op {
           .args(launch.in(gradients), launch.in(groups), bad, elements, chunk)
           .run({static_cast<std::size_t>(chunks), 1, 1}, {1, 1, 1});
     launch.kernel("adam.cl", "adam_prepare")
-        .args(bad, launch.in(step), launch.in(loss), launch.in(status), corrections, chunks,
-              std::log(options.beta1), std::log(options.beta2))
+        .args(bad, launch.in(step), launch.in(loss), launch.in(overflow), launch.in(status), corrections,
+              chunks, std::log(options.beta1), std::log(options.beta2))
         .run({1, 1, 1}, {1, 1, 1});
     launch.kernel("adam.cl", "adam_update")
         .args(launch.in(parameters), launch.in(gradients), launch.in(first), launch.in(second),
@@ -77,7 +79,8 @@ Values adam_on_copies(Graph& graph, const Values& in, const Attributes& attribut
                         .rates = in[Adam::rates],
                         .step = in[Adam::step],
                         .status = copy(in[Adam::status]),
-                        .loss = in[Adam::loss]};
+                        .loss = in[Adam::loss],
+                        .overflow = in[Adam::overflow]};
   adam(state, {attributes.number("beta1"), attributes.number("beta2"), attributes.number("epsilon")});
   Values after = {state.parameters, state.first_moments, state.second_moments};
   if (state.status) after.push_back(state.status);
@@ -95,7 +98,8 @@ const RegisterOp register_adam({
                {"rates", "[G]"},
                {"step", "[1]", DType::i32},
                {"status", "[3]", DType::i32, true},
-               {.name = "loss", .shape = "[1]", .optional = true}},
+               {.name = "loss", .shape = "[1]", .optional = true},
+               {"overflow", "[1]", DType::i32, true}},
     .outputs = {{"parameters", "[P]"},
                 {"first_moments", "[P]"},
                 {"second_moments", "[P]"},
@@ -111,7 +115,7 @@ const RegisterOp register_adam({
 void adam(const AdamState& s, const AdamOptions& options) {
   s.parameters.graph->record(std::make_shared<Adam>(options),
                              {s.parameters, s.gradients, s.first_moments, s.second_moments, s.groups, s.rates,
-                              s.step, s.status, s.loss},
+                              s.step, s.status, s.loss, s.overflow},
                              true);
 }
 

@@ -6,7 +6,15 @@
 namespace vivant::cases {
 namespace {
 
-enum Trouble : std::int64_t { none, no_status, nan_gradient, infinite_gradient, nan_loss, earlier_trouble };
+enum Trouble : std::int64_t {
+  none,
+  no_status,
+  nan_gradient,
+  infinite_gradient,
+  nan_loss,
+  earlier_trouble,
+  overflow
+};
 constexpr double frozen = 255;
 
 // sizes: blocks of 64 parameters, step, trouble
@@ -29,6 +37,11 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   in.push_back({.dtype = DType::i32, .shape = {3}, .data = {0, 0, 0}, .absent = trouble == no_status});
   if (trouble == earlier_trouble) in[7].data = {1, 4, 99};
   in.push_back({.shape = {1}, .data = {trouble == nan_loss ? nan : 0.5}, .absent = trouble == no_status});
+  in.push_back({.dtype = DType::i32,
+                .shape = {1},
+                .data = {trouble == overflow ? 1.0 : 0.0},
+                .absent = trouble != overflow});
+  if (trouble == overflow) in[1].data[17] = nan;  // says nothing: the step did not see all of its samples
   for (HostTensor& tensor : in) tensor.differentiable = false;
   return in;
 }
@@ -40,6 +53,7 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
   if (trouble == nan_gradient) status.data = {1, step, static_cast<double>(elements - 1)};
   if (trouble == infinite_gradient) status.data = {1, step, 17};
   if (trouble == nan_loss) status.data = {2, step, -1};
+  if (trouble == overflow) status.data = {3, step, -1};
   for (std::int64_t i = 0; i < elements && trouble <= no_status; ++i) {
     const double group = in[4].data[i / 64], g = in[1].data[i];
     if (group == frozen) continue;
@@ -61,7 +75,7 @@ const Register registration(OpCase{
     .op = "adam",
     .variations = {variation(1, 1, no_status), variation(67, 3, none), variation(5, 7, nan_gradient),
                    variation(5, 7, infinite_gradient), variation(5, 1, nan_loss),
-                   variation(2, 9, earlier_trouble)},
+                   variation(2, 9, earlier_trouble), variation(2, 4, overflow)},
     .inputs = inputs,
     .reference = reference,
     .benchmark = variation(65536, 5, none),

@@ -1,12 +1,8 @@
 #pragma once
 #include <memory>
 
-#include "vivant/graph/executor.hpp"
+#include "vivant/jobs/human_step.hpp"
 #include "vivant/jobs/stage.hpp"
-#include "vivant/model/canonical_points.hpp"
-#include "vivant/model/human_model.hpp"
-#include "vivant/model/human_rays.hpp"
-#include "vivant/nn/optimizer.hpp"
 
 namespace vivant {
 
@@ -14,42 +10,45 @@ namespace vivant {
 HumanRayOptions human_ray_options(const Config& config);
 
 /// Trains the person's field over a known background (specification 4, stage 1): half of the rays on the
-/// person, half in a box around, frames mixed.
+/// person, half in a box around, frames mixed. A batch whose samples do not fit into the memory planned for
+/// them is repeated with more.
 class HumanTrainer final : public StageTrainer {
  public:
-  /// `backgrounds`: what stands behind the person in each training frame, see HumanRays.
+  /// `backgrounds`: what stands behind the person in each training frame, see HumanRays. `room`: how many
+  /// samples of a batch there is room for, in parts of their mean number.
   HumanTrainer(Device& device, const Config& config, const Capture& capture, ParameterStore& store,
-               const HumanModel& model, const std::vector<cv::Mat>& backgrounds);
+               const HumanModel& model, const std::vector<cv::Mat>& backgrounds, double room = 1.25);
 
   std::int64_t steps() const override { return config_.human.steps; }
   void run(std::int64_t step) override;
   StepReport report(std::int64_t step) override;
   std::string failure() override;
-  void diagnose() override { executor_->run_checked(); }
+  void diagnose() override { latest().executor().run_checked(); }
   void preview(const std::filesystem::path& folder, const std::string& stem) override;
 
   /// The terms of the loss of the last step, unweighted, by name.
-  std::map<std::string, double> terms();
-  const Executor& executor() const { return *executor_; }
+  std::map<std::string, double> terms() { return latest().terms(); }
+  const Executor& executor() const override { return usual_->executor(); }
   const HumanRays& rays() const { return rays_; }
+  /// How many steps have been repeated so far.
+  std::int64_t repeated_steps() const { return repeated_steps_; }
 
  private:
-  void loss_of_rays(Value planes);
-  void loss_of_points(Value planes);
-  void add_term(const std::string& name, Value term, double weight);
-  RandomKey key(int stream) const { return {seed_, random_step_, stream}; }
+  std::unique_ptr<HumanStep> make_step(std::int64_t capacity);
+  void repeat_overflowed_steps();
+  /// What ran the last step.
+  HumanStep& latest();
 
   Device& device_;
   const Config& config_;
   const Capture& capture_;
+  ParameterStore& store_;
   const HumanModel& model_;
   HumanRays rays_;
   CanonicalPoints points_;
-  Graph graph_;
-  Value seed_, random_step_, fade_, alpha_decay_, overflow_, loss_;
-  std::vector<std::pair<std::string, Value>> terms_;
-  std::unique_ptr<Optimizer> optimizer_;
-  std::unique_ptr<Executor> executor_;
+  std::int64_t most_samples_ = 0, capacity_ = 0, last_step_ = -1, repeated_steps_ = 0;
+  std::unique_ptr<HumanStep> usual_, larger_;  // larger_: only while the last step is one that was repeated
+  std::string failure_;
 };
 
 }  // namespace vivant

@@ -24,7 +24,7 @@ class StageTrainer {
   /// Waits, and says what the last step gave.
   virtual StepReport report(std::int64_t step) = 0;
   /// What went wrong since the start, empty when nothing did. After a failure the parameters stay those of
-  /// the last good step.
+  /// the last good step. Asked before the parameters are read: steps that must be repeated are, here.
   virtual std::string failure() = 0;
   /// Runs the last step again op by op and throws an Error that names the first op that gave no finite
   /// number.

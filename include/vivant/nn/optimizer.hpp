@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ class Optimizer {
     std::vector<std::string> trained;  ///< prefixes of the names that are trained; the rest is frozen
     int groups = 1;                    ///< learning rates
     AdamOptions adam = {};
+    Value overflow = {};  ///< i32 [1] or absent: when not 0, this step and the later ones update nothing
   };
   /// `names[i]` has the gradient `gradients[i]`; together they must be all trained parameters.
   Optimizer(Device& device, Graph& graph, ParameterStore& store, const std::vector<std::string>& names,
@@ -28,6 +30,10 @@ class Optimizer {
   /// What went wrong since the start: empty, or which quantity was not finite at which step. Waits for the
   /// device.
   std::string failure(Executor& executor);
+  /// The step (1 first) that overflowed, since which nothing is updated; none when all went well. Waits.
+  std::optional<std::int64_t> overflowed_step(Executor& executor);
+  /// Lets updates go on.
+  void clear_status(Device& device) { device.fill(*status_buffer_, 0); }
 
  private:
   ParameterStore& store_;

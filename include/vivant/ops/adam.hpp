@@ -15,6 +15,8 @@ struct AdamState {
   /// on nothing is updated until the host clears it: the parameters stay those of the last good step.
   Value status = {};
   Value loss = {};  ///< [1] or absent: also checked
+  Value overflow =
+      {};  ///< i32 [1] or absent: when not 0, the status becomes {3, step, -1}, and nothing is updated
 };
 
 struct AdamOptions {
