@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "vivant/jobs/open_run.hpp"
 #include "vivant/model/composite_renderer.hpp"
 
 namespace vivant {
@@ -98,7 +98,7 @@ nlohmann::json json_of(const FrameScore& score) {
 
 std::string Evaluation::table() const {
   std::string text =
-      fmt::format("{:<32} {:>8} {:>8} {:>8} {:>8}\n", "held-out frame", "PSNR", "SSIM", "person", "IoU");
+      fmt::format("{:<32} {:>8} {:>8} {:>8} {:>8}\n", "frame", "PSNR", "SSIM", "person", "IoU");
   for (const FrameScore& score : frames) text += row(score.frame, score);
   return text + row("mean", mean);
 }
@@ -114,29 +114,61 @@ std::string Evaluation::json() const {
   return all.dump(1);
 }
 
-Evaluation evaluate(Device& device, const std::filesystem::path& path, Progress& progress) {
-  const OpenRun run = open_run(device, path, progress);
-  const std::vector<int> held_out = run.capture.held_out_frames();
-  if (held_out.empty()) fail("{}: the capture holds out no frames to compare with", path.string());
+namespace {
+
+/// What the person does in a frame of the truth: the same as at the captured instant that has its pose, else
+/// something new.
+PersonState state_of(const OpenRun& run, const Capture& truth, int frame) {
+  const CaptureFrame& shown = truth.frames[frame];
+  const HumanModel& human = *run.model->human();
+  if (!truth.human || shown.body_frame < 0)
+    fail("{}: the frame {} shows no person", truth.source.string(), shown.name);
+  const Motion &poses = truth.human->poses, &captured = run.capture.human->poses;
+  for (int i = 0; i < static_cast<int>(run.capture.frames.size()); ++i) {
+    const int row = run.capture.frames[i].body_frame;
+    if (row >= 0 && captured.pose[row] == poses.pose[shown.body_frame] &&
+        captured.translation[row] == poses.translation[shown.body_frame])
+      return captured_state(human, run.capture, i);
+  }
+  check_motion(poses, human.body().body().joint_count(), truth.source.string());
+  return novel_state(poses, shown.body_frame, novel_codes(run.config, human));
+}
+
+std::vector<int> all_frames(const Capture& capture) {
+  std::vector<int> frames(capture.frames.size());
+  std::iota(frames.begin(), frames.end(), 0);
+  return frames;
+}
+
+}  // namespace
+
+Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::path& path,
+                    Progress& progress) {
+  const bool own = path.empty();
+  const Capture truth = own ? run.capture : load_capture(path);
+  const std::vector<int> frames = own ? truth.held_out_frames() : all_frames(truth);
+  if (frames.empty()) fail("{}: the capture holds out no frames to compare with", truth.source.string());
+  const HumanModel* human = run.model->human();
   std::optional<SceneRenderer> scene;
   std::optional<CompositeRenderer> both;
-  if (const HumanModel* human = run.model->human())
-    both.emplace(device, run.model->scene(), *human, human_renderer_options(run.config, true));
+  if (human)
+    both.emplace(device, run.model->scene(), *human, human_renderer_options(run.config, own));
   else
     scene.emplace(device, run.model->scene(), SceneRenderer::Options{});
   Evaluation evaluation;
-  progress.begin("eval", 0, static_cast<std::int64_t>(held_out.size()));
-  for (const int index : held_out) {
-    const CaptureFrame& frame = run.capture.frames[index];
+  progress.begin("eval", 0, static_cast<std::int64_t>(frames.size()));
+  for (const int index : frames) {
+    const CaptureFrame& frame = truth.frames[index];
     CompositeRenderer::View view;
-    if (both)
-      view = both->render(frame.camera, captured_state(*run.model->human(), run.capture, index));
+    if (human)
+      view = both->render(frame.camera,
+                          own ? captured_state(*human, truth, index) : state_of(run, truth, index));
     else
       view.picture = scene->render(frame.camera);
     evaluation.frames.push_back(
-        score(frame, run.capture.image(index), run.capture.mask(index), view.picture.rgb8(), view.person));
-    evaluation.mean.psnr += evaluation.frames.back().psnr / static_cast<double>(held_out.size());
-    evaluation.mean.ssim += evaluation.frames.back().ssim / static_cast<double>(held_out.size());
+        score(frame, truth.image(index), truth.mask(index), view.picture.rgb8(), view.person));
+    evaluation.mean.psnr += evaluation.frames.back().psnr / static_cast<double>(frames.size());
+    evaluation.mean.ssim += evaluation.frames.back().ssim / static_cast<double>(frames.size());
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
   }
   evaluation.mean.person_psnr = mean_of(evaluation.frames, &FrameScore::person_psnr);

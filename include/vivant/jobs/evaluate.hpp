@@ -6,8 +6,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "vivant/jobs/progress.hpp"
-#include "vivant/runtime/device.hpp"
+#include "vivant/jobs/open_run.hpp"
 
 namespace vivant {
 
@@ -23,7 +22,7 @@ struct FrameScore {
   std::optional<double> person_psnr, silhouette_iou;  ///< over the mask's pixels; of alpha > 1/2 and the mask
 };
 
-/// How well a run renders the held-out frames of its capture.
+/// How well a run renders pictures that it was not trained on.
 struct Evaluation {
   std::vector<FrameScore> frames;
   FrameScore mean;  ///< of the frames
@@ -31,8 +30,15 @@ struct Evaluation {
   std::string json() const;
 };
 
-/// Renders every held-out frame and compares it with its picture, which must still be where the capture was.
-/// Whole frames when the run has a person; else the pixels of the mask are left out.
-Evaluation evaluate(Device& device, const std::filesystem::path& run, Progress& progress);
+/// Renders frames and compares them with their pictures: the held-out frames of the run's own capture, or all
+/// frames of `truth`, another capture of the same world and person, when it is given. Whole frames when the
+/// run has a person; else the pixels of the mask are left out.
+///
+/// In the truth an instant of the run's capture (known by the values of its pose) keeps its codes, other
+/// poses have the novel codes, and colours do not depend on the view direction, since its views are new.
+///
+/// Throws Error when pictures are missing, and when the truth shows no body of the person's joints.
+Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::path& truth,
+                    Progress& progress);
 
 }  // namespace vivant

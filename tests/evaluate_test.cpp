@@ -1,0 +1,112 @@
+#include "vivant/jobs/evaluate.hpp"
+
+#include <random>
+
+#include "io_helpers.hpp"
+#include "tiny_run.hpp"
+#include "vivant/data/walk.hpp"
+#include "vivant/io/image.hpp"
+#include "vivant/model/composite_renderer.hpp"
+
+using namespace vivant;
+
+namespace {
+
+constexpr double equal = 100;  // dB: pictures that agree in every pixel
+
+struct TinyRun {
+  TinyRun() {
+    run.emplace(open_run(device, make_tiny_run(device, folder.path(), true), progress));
+    // A solid person, and codes and view directions that are seen in the pictures.
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    ParameterStore& store = run->model->store();
+    store.write("human.density.bias", std::vector<float>{8});
+    for (const ParameterStore::Parameter& parameter : store.parameters()) {
+      const bool seen = parameter.name.find("direction") != std::string::npos ||
+                        parameter.name.starts_with("human.bone") || parameter.name.starts_with("human.error");
+      if (!seen) continue;
+      std::vector<float> values(parameter.shape.elements());
+      for (float& value : values) value = 0.3f * uniform(random);
+      store.write(parameter.name, values);
+    }
+  }
+  const HumanModel& human() const { return *run->model->human(); }
+
+  /// A capture of what the run itself shows of the person in these states, from its first camera.
+  std::filesystem::path truth(const std::string& name, const Motion& poses,
+                              const std::vector<PersonState>& states) {
+    Capture capture;
+    capture.source = folder / name / "transforms.json";
+    capture.human = CaptureHuman{run->capture.human->body, poses};
+    capture.scene_box = run->capture.scene_box;
+    capture.scene_box_given = true;
+    CompositeRenderer renderer(device, run->model->scene(), human(),
+                               human_renderer_options(run->config, false));
+    for (int i = 0; i < static_cast<int>(states.size()); ++i) {
+      CaptureFrame frame;
+      frame.camera = run->capture.frames[0].camera;
+      frame.body_frame = i;
+      frame.name = fmt::format("images/{}.png", i);
+      frame.mask_name = fmt::format("masks/{}.png", i);
+      const CompositeRenderer::View view = renderer.render(frame.camera, states[i]);
+      for (const char* part : {"images", "masks"}) std::filesystem::create_directories(folder / name / part);
+      write_image(folder / name / frame.name, view.picture.rgb8());
+      write_image(folder / name / frame.mask_name, cv::Mat(view.person > 0.5));
+      capture.frames.push_back(frame);
+    }
+    write_capture(capture, folder / name);
+    return folder / name;
+  }
+
+  TemporaryFolder folder;
+  Device device;
+  Progress progress{ProgressMode::none, false};
+  std::optional<OpenRun> run;
+};
+
+void check_equal(const Evaluation& evaluation, std::size_t frames) {
+  REQUIRE(evaluation.frames.size() == frames);
+  for (const FrameScore& score : evaluation.frames) {
+    CAPTURE(score.frame);
+    CHECK(score.psnr > equal);
+    CHECK(score.person_psnr.value() > equal);
+    CHECK(score.silhouette_iou.value() == 1);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("evaluate: held-out frames, and other captures of the same world") {
+  TinyRun tiny;
+  const Capture& capture = tiny.run->capture;
+  const auto evaluated = [&](const std::filesystem::path& truth) {
+    return evaluate(tiny.device, *tiny.run, truth, tiny.progress);
+  };
+  const Evaluation own = evaluated("");
+  REQUIRE(own.frames.size() == capture.held_out_frames().size());
+  CHECK(own.frames[1].frame == capture.frames[capture.held_out_frames()[1]].name);
+  CHECK(own.mean.psnr == doctest::Approx((own.frames[0].psnr + own.frames[1].psnr) / 2));
+  CHECK(contains(own.json(), "silhouette_iou"));
+  CHECK(evaluated(tiny.folder / "capture").frames.size() == capture.frames.size());
+
+  // Instants of the capture keep their codes.
+  std::vector<PersonState> states;
+  for (int i = 0; i < 3; ++i) states.push_back(captured_state(tiny.human(), capture, i));
+  check_equal(evaluated(tiny.truth("instants", capture.human->poses, states)), 3);
+
+  // Other poses have the novel codes.
+  const Motion postures = posture_collection(capture.human->body);
+  states.clear();
+  for (int i = 0; i < 2; ++i)
+    states.push_back(novel_state(postures, i, novel_codes(tiny.run->config, tiny.human())));
+  check_equal(evaluated(tiny.truth("postures", postures, states)), 2);
+}
+
+TEST_CASE("evaluate: a truth without the person is refused") {
+  TinyRun tiny;
+  const TemporaryFolder other;
+  make_tiny_run(tiny.device, other.path(), false);
+  CHECK(contains(error_of([&] { evaluate(tiny.device, *tiny.run, other / "capture", tiny.progress); }),
+                 "the frame images/0001.png shows no person"));
+}
