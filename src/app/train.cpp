@@ -15,10 +15,10 @@ void run(const Globals& globals, Arguments& arguments) {
   TrainOptions& options = arguments.train;
   if (options.resume) {
     if (!options.capture.empty() || !arguments.preset.empty() || !arguments.config_file.empty() ||
-        !arguments.settings.empty())
+        !arguments.settings.empty() || !options.styles.empty())
       throw UsageError(
-          "--resume goes on with the run's own capture and settings: leave CAPTURE, --preset, --config and "
-          "--set out");
+          "--resume goes on with the run's own capture, settings and styles: leave CAPTURE, --preset, "
+          "--config, --set and --styles out");
   } else {
     if (options.capture.empty()) throw UsageError("train needs a CAPTURE, or --resume to go on with a run");
     options.config = load_config(
@@ -35,7 +35,8 @@ void run(const Globals& globals, Arguments& arguments) {
 }  // namespace
 
 void add_train(CLI::App& app, const Globals& globals) {
-  CLI::App* command = app.add_subcommand("train", "Train a capture's model: the background's field");
+  CLI::App* command =
+      app.add_subcommand("train", "Train a capture's model: scene, person, features and stylisation");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("CAPTURE", arguments->train.capture,
                       "folder with a transforms.json, or the file itself");
@@ -50,6 +51,10 @@ void add_train(CLI::App& app, const Globals& globals) {
       ->type_name("KEY=VALUE");
   command->add_option("--stage", arguments->stage, "which part to train")
       ->check(CLI::IsMember({"reconstruct", "features", "style", "all"}));
+  command
+      ->add_option("--styles", arguments->train.styles,
+                   "folder of paintings to tune the stylisation on; else those of the program")
+      ->type_name("DIR");
   command->add_flag("--resume", arguments->train.resume, "go on from the newest checkpoint, bit for bit");
   command->add_flag("--print-plan", arguments->train.print_plan,
                     "print the first training graph (ops, shapes, bytes, FLOPs) and stop");

@@ -1,6 +1,7 @@
 // Inversion training: psi and the decoder turn features back into the picture.
 #include <opencv2/imgproc.hpp>
 #include "jobs/stylizer_training.hpp"
+#include "jobs/vgg_measurement.hpp"
 
 #include "vivant/model/read_out.hpp"
 #include "vivant/ops/loss.hpp"
@@ -24,28 +25,6 @@ cv::Mat quarter(const cv::Mat& picture) {
   return small;
 }
 
-/// Means of squares and values by channel, over crops.
-struct Moments {
-  std::vector<double> sum, square;
-  int count = 0;
-
-  void add(const std::vector<float>& mean, const std::vector<float>& deviation) {
-    sum.resize(mean.size());
-    square.resize(mean.size());
-    for (std::size_t c = 0; c < mean.size(); ++c) {
-      sum[c] += mean[c];
-      square[c] += mean[c] * mean[c] + deviation[c] * deviation[c];
-    }
-    ++count;
-  }
-  std::vector<double> variance() const {
-    std::vector<double> result(sum.size());
-    for (std::size_t c = 0; c < sum.size(); ++c)
-      result[c] = square[c] / count - (sum[c] / count) * (sum[c] / count);
-    return result;
-  }
-};
-
 }  // namespace
 
 StylizerTraining::StylizerTraining(Device& device, const PretrainStylizerOptions& options)
@@ -65,26 +44,13 @@ cv::Mat StylizerTraining::crop(KeyedRandom& random, int side, double recolour, d
 }
 
 double measure_pictures(StylizerTraining& training, bool start) {
-  Graph graph;
-  const Value picture = graph.input("picture", {measured_side, measured_side, 3});
-  const StyleFeatures features = style_features(training.vgg, picture, 5);
-  Values outputs = {features[2]};
-  for (const Value& layer : features) {
-    const ChannelStatistics statistics = channel_statistics(layer);
-    outputs.insert(outputs.end(), {statistics.mean, statistics.deviation});
-  }
-  Executor executor(training.device, graph, outputs);
-  std::array<Moments, 5> moments;
+  VggMeasurement measurement(training.device, training.vgg, measured_side);
   std::vector<float> samples, colours;
   for (int i = 0; i < measured_crops; ++i) {
     KeyedRandom random(training.seed, "measure", i);
     const cv::Mat crop = training.crop(random, measured_side, recolour, i % 2);
-    executor.write(picture, values_of(crop));
-    executor.run();
-    for (int layer = 0; layer < 5; ++layer)
-      moments[layer].add(executor.read(outputs[1 + 2 * layer]), executor.read(outputs[2 + 2 * layer]));
+    const std::vector<float> all = measurement.add(crop);
     if (!start) continue;
-    const std::vector<float> all = executor.read(features[2]);
     const cv::Mat small = quarter(crop);
     for (std::size_t place = 0; place < small.total(); place += every) {
       samples.insert(samples.end(), all.begin() + place * Stylizer::features,
@@ -93,8 +59,8 @@ double measure_pictures(StylizerTraining& training, bool start) {
       colours.insert(colours.end(), colour.begin(), colour.end());
     }
   }
-  for (int layer = 0; layer < 5; ++layer) training.scales[layer] = channel_scale(moments[layer].variance());
-  for (const double variance : moments[2].variance())
+  training.scales = measurement.scales();
+  for (const double variance : measurement.variance(2))
     training.feature_deviation.push_back(static_cast<float>(std::sqrt(variance)));
   if (!start) return 0;
   return -10 * std::log10(
@@ -120,7 +86,7 @@ InversionStep::InversionStep(StylizerTraining& training, double loss_weight) : t
   const Value loss =
       affine(reconstruction_loss(image, sharp_, style_features(training.vgg, image, 3), goal), loss_weight);
   error_ = l2_loss(image, sharp_);
-  optimizer_ = optimise(training, graph_, loss);
+  optimizer_ = optimise(training.device, graph_, training.store, loss, trained_parts(training.stylizer));
   executor_ = std::make_unique<Executor>(training.device, graph_, Values{error_});
   noise_values_.resize(noise_.elements());
 }
@@ -145,20 +111,5 @@ void InversionStep::run(std::int64_t step, std::int64_t optimizer_step, double r
 }
 
 double InversionStep::error() { return executor_->read(error_)[0]; }
-
-std::unique_ptr<Optimizer> optimise(StylizerTraining& training, Graph& graph, Value loss) {
-  const std::string name = training.stylizer.name() + ".";
-  const std::vector<std::string> trained = {name + "psi", name + "decoder"};
-  std::vector<std::string> names;
-  Values parameters;
-  for (const ParameterStore::Parameter& parameter : training.store.parameters())
-    if (parameter.name.starts_with(trained[0]) || parameter.name.starts_with(trained[1])) {
-      names.push_back(parameter.name);
-      parameters.push_back(training.store.value(graph, parameter.name));
-    }
-  const Values gradients = differentiate(graph, loss, parameters);
-  return std::make_unique<Optimizer>(training.device, graph, training.store, names, gradients, loss,
-                                     Optimizer::Options{.trained = trained});
-}
 
 }  // namespace vivant

@@ -1,7 +1,7 @@
 #pragma once
 #include <memory>
 
-#include "jobs/training_pictures.hpp"
+#include "jobs/style_targets.hpp"
 #include "vivant/graph/executor.hpp"
 #include "vivant/jobs/pretrain_stylizer.hpp"
 #include "vivant/model/style_losses.hpp"
@@ -33,8 +33,10 @@ struct StylizerTraining {
 /// when `start` is set. Returns the read-out's PSNR.
 double measure_pictures(StylizerTraining& training, bool start);
 
-/// Adam on psi and the decoder, as the last nodes of a graph.
-std::unique_ptr<Optimizer> optimise(StylizerTraining& training, Graph& graph, Value loss);
+/// Psi and the decoder.
+inline Optimizer::Options trained_parts(const Stylizer& stylizer) {
+  return {.trained = {stylizer.name() + ".psi", stylizer.name() + ".decoder"}};
+}
 
 /// One step of either stage; `step` counts from 0 over the whole training.
 class InversionStep {
@@ -63,16 +65,14 @@ class StyleStep {
   std::string failure() { return optimizer_->failure(*executor_); }
 
  private:
-  void make_target(std::int64_t number, std::size_t place);
-
   StylizerTraining& training_;
-  Graph graph_, target_graph_;
-  Value photograph_, detail_amount_, painting_;
-  StyleTarget target_inputs_, target_;
+  StyleTargets targets_;
+  Graph graph_;
+  Value photograph_, detail_amount_;
+  StyleTarget target_;
   Values losses_;
   std::unique_ptr<Optimizer> optimizer_;
-  std::unique_ptr<Executor> executor_, target_executor_;
-  std::vector<std::vector<std::vector<float>>> pool_;  ///< targets, each with all its values
+  std::unique_ptr<Executor> executor_;
 };
 
 }  // namespace vivant

@@ -3,15 +3,21 @@
 #include <functional>
 #include <optional>
 
+#include "jobs/training_pictures.hpp"
+#include "vivant/io/assets.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/feature_trainer.hpp"
 #include "vivant/jobs/human_trainer.hpp"
 #include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/scene_trainer.hpp"
+#include "vivant/jobs/style_trainer.hpp"
 #include "vivant/model/composite_renderer.hpp"
 
 namespace vivant {
 namespace {
+
+constexpr int least_painting_side = 64;
 
 /// A stage of the training: the part of --stage that it belongs to, its name in checkpoints, and how it is
 /// made.
@@ -21,11 +27,27 @@ struct Stage {
   std::function<std::unique_ptr<StageTrainer>()> make;
 };
 
+/// The folder of paintings for stage style; throws when one of them cannot be read.
+std::filesystem::path styles_of(const TrainOptions& options) {
+  const std::filesystem::path folder = options.styles.empty() ? asset_path("styles") : options.styles;
+  TrainingPictures({folder}, least_painting_side, least_painting_side, {});
+  return folder;
+}
+
+/// The run keeps the pictures that it trains on.
+void copy_styles(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::filesystem::create_directories(to);
+  for (const auto& entry : std::filesystem::directory_iterator(from))
+    if (entry.is_regular_file()) std::filesystem::copy_file(entry.path(), to / entry.path().filename());
+}
+
 RunFolder open_run(const TrainOptions& options) {
   if (options.resume) return RunFolder::open_to_write(options.run);
-  const Capture capture = load_capture(options.capture);  // first: a bad capture leaves no run behind
+  const Capture capture = load_capture(options.capture);  // first: bad input leaves no run behind
+  const std::filesystem::path styles = styles_of(options);
   return RunFolder::create(options.run, to_toml(options.config), [&](const std::filesystem::path& folder) {
     copy_capture_essentials(capture, folder);
+    copy_styles(styles, folder / "styles");
   });
 }
 
@@ -46,59 +68,91 @@ void show_plan(Device& device, const TrainOptions& options) {
   if (!options.dot.empty()) write_text_file(options.dot, trainer.executor().dot());
 }
 
+/// What all stages need.
+struct Training {
+  Training(Device& device, const RunFolder& run, const Config& config, Progress& progress)
+      : device(device),
+        run(run),
+        config(config),
+        progress(progress),
+        capture(load_capture(run.capture())),
+        model(device, config, capture),
+        data(device, capture, capture.training_frames()) {}
+
+  std::vector<Stage> stages();
+  void run_stages(const std::string& part, bool resume);
+
+  Device& device;
+  const RunFolder& run;
+  const Config& config;
+  Progress& progress;
+  const Capture capture;  ///< always the run's copy, so that a resumed run sees the same numbers
+  CaptureModel model;
+  const DeviceCapture data;
+};
+
+std::vector<Stage> Training::stages() {
+  std::vector<Stage> all = {{"reconstruct", "scene", config.scene.steps, [this] {
+                               return std::make_unique<SceneTrainer>(device, config, capture, data,
+                                                                     model.store(), model.scene());
+                             }}};
+  if (model.human())
+    all.push_back({"reconstruct", "human", config.human.steps, [this] {
+                     return std::make_unique<HumanTrainer>(
+                         device, config, capture, model.store(), *model.human(),
+                         render_backgrounds(device, model.scene(), capture, data.frames()));
+                   }});
+  all.push_back({"features", "features", config.features.steps, [this] {
+                   return std::make_unique<FeatureTrainer>(device, config, capture, model, progress);
+                 }});
+  all.push_back({"style", "style", config.style.steps, [this] {
+                   return std::make_unique<StyleTrainer>(device, config, capture, model, run.styles(),
+                                                         progress);
+                 }});
+  return all;
+}
+
+void Training::run_stages(const std::string& part, bool resume) {
+  std::size_t current = 0;
+  std::int64_t first_step = 0;
+  const std::vector<Stage> all = stages();
+  if (const auto newest = resume ? run.newest_checkpoint() : std::nullopt) {
+    for (const std::string& damaged : newest->damaged) progress.warn(damaged);
+    restore_training(newest->checkpoint, model.store());
+    current = index_of(all, newest->checkpoint.stage, newest->checkpoint.source);
+    first_step = newest->checkpoint.step;
+    run.rewind_metrics(newest->checkpoint.stage, first_step);
+  } else if (resume) {
+    run.rewind_metrics("", 0);  // stopped before the first checkpoint: all over again
+  }
+  const InterruptGuard guard;
+  TrainingState state{run, config, device, model.store()};
+  std::string left_out;  // an earlier stage that is not done
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    const Stage& stage = all[s];
+    if (s > current) first_step = 0;
+    const bool done = s < current || first_step >= stage.steps;
+    const bool wanted = part == "all" || part == stage.part;
+    if (!done && !wanted) left_out = stage.name;
+    if (!done && wanted) {
+      if (!left_out.empty())
+        throw UsageError(fmt::format("stage {} needs stage {}, which is not done: leave --stage out",
+                                     stage.name, left_out));
+      if (s > current) model.store().clear_moments();
+      run_stage(state, stage.name, *stage.make(), first_step, progress);
+    }
+    state.steps_before += stage.steps;
+  }
+}
+
 }  // namespace
 
 void train(Device& device, const TrainOptions& options, Progress& progress) {
   if (options.print_plan || !options.dot.empty()) return show_plan(device, options);
   const RunFolder run = open_run(options);
   progress.record_in(run);
-  // Always the run's copies, so that a resumed run sees the same numbers to the last bit.
   const Config config = parse_config("", read_whole_file(run.config()), run.config().string());
-  const Capture capture = load_capture(run.capture());
-
-  CaptureModel model(device, config, capture);
-  const DeviceCapture data(device, capture, capture.training_frames());
-  std::vector<Stage> stages = {
-      {"reconstruct", "scene", config.scene.steps,
-       [&] {
-         return std::make_unique<SceneTrainer>(device, config, capture, data, model.store(), model.scene());
-       }},
-  };
-  if (const HumanModel* human = model.human())
-    stages.push_back({"reconstruct", "human", config.human.steps, [&, human] {
-                        return std::make_unique<HumanTrainer>(
-                            device, config, capture, model.store(), *human,
-                            render_backgrounds(device, model.scene(), capture, data.frames()));
-                      }});
-
-  std::size_t current = 0;
-  std::int64_t first_step = 0;
-  if (options.resume) {
-    if (const auto newest = run.newest_checkpoint()) {
-      for (const std::string& damaged : newest->damaged) progress.warn(damaged);
-      restore_training(newest->checkpoint, model.store());
-      current = index_of(stages, newest->checkpoint.stage, newest->checkpoint.source);
-      first_step = newest->checkpoint.step;
-      run.rewind_metrics(newest->checkpoint.stage, first_step);
-    } else {
-      run.rewind_metrics("", 0);  // stopped before the first checkpoint: all over again
-    }
-  }
-  const InterruptGuard guard;
-  TrainingState state{run, config, device, model.store()};
-  for (std::size_t s = 0; s < stages.size(); ++s) {
-    const Stage& stage = stages[s];
-    const bool wanted = options.stage == "all" || options.stage == stage.part;
-    if (s >= current && wanted && (s > current || first_step < stage.steps)) {
-      if (s > current) {
-        first_step = 0;
-        model.store().clear_moments();
-      }
-      const std::unique_ptr<StageTrainer> trainer = stage.make();
-      run_stage(state, stage.name, *trainer, first_step, progress);
-    }
-    state.steps_before += stage.steps;
-  }
+  Training(device, run, config, progress).run_stages(options.stage, options.resume);
 }
 
 }  // namespace vivant

@@ -54,6 +54,20 @@ std::optional<std::int64_t> Optimizer::overflowed_step(Executor& executor) {
   return status[0] == 3 ? std::optional<std::int64_t>(status[1]) : std::nullopt;
 }
 
+std::unique_ptr<Optimizer> optimise(Device& device, Graph& graph, ParameterStore& store, Value loss,
+                                    const Optimizer::Options& options) {
+  std::vector<std::string> names;
+  Values parameters;
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    if (std::any_of(options.trained.begin(), options.trained.end(),
+                    [&](const std::string& prefix) { return parameter.name.starts_with(prefix); })) {
+      names.push_back(parameter.name);
+      parameters.push_back(store.value(graph, parameter.name));
+    }
+  return std::make_unique<Optimizer>(device, graph, store, names, differentiate(graph, loss, parameters),
+                                     loss, options);
+}
+
 double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay) {
   const double done = static_cast<double>(step) / static_cast<double>(std::max<std::int64_t>(1, steps));
   const double warm =

@@ -12,7 +12,7 @@ namespace vivant {
 
 /// The folder of a run. It holds everything that the run needs and refers to nothing outside, so it can be
 /// moved:
-///   config.toml  metrics.jsonl  log.txt  checkpoints/  previews/  capture/  lock
+///   config.toml  metrics.jsonl  log.txt  checkpoints/  previews/  capture/  styles/  lock
 class RunFolder {
  public:
   /// Makes a new run with this configuration. Throws when the folder already holds a run, or cannot be made.
@@ -35,6 +35,7 @@ class RunFolder {
   std::filesystem::path log() const { return path_ / "log.txt"; }
   std::filesystem::path previews() const { return path_ / "previews"; }
   std::filesystem::path capture() const { return path_ / "capture"; }
+  std::filesystem::path styles() const { return path_ / "styles"; }
 
   /// Writes a checkpoint under the number of steps done in the whole run, all stages together, and deletes
   /// all but the last `kept`.

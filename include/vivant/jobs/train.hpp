@@ -12,7 +12,8 @@ namespace vivant {
 struct TrainOptions {
   std::filesystem::path capture;  ///< empty when a run is resumed
   std::filesystem::path run;
-  std::string stage = "all";  ///< reconstruct, features, style or all
+  std::string stage = "all";     ///< reconstruct, features, style or all
+  std::filesystem::path styles;  ///< folder of paintings for stage style; empty: those of the program
   bool resume = false;
   Config config;              ///< of a new run; a resumed run has its own
   bool print_plan = false;    ///< prints the first training graph and stops

@@ -41,6 +41,10 @@ class Optimizer {
   std::shared_ptr<Buffer> status_buffer_, group_buffer_;
 };
 
+/// Adds the gradients of `loss` for all parameters that `options.trained` names, and Adam on them.
+std::unique_ptr<Optimizer> optimise(Device& device, Graph& graph, ParameterStore& store, Value loss,
+                                    const Optimizer::Options& options);
+
 /// The rate at `step` (from 0) of `steps`: a linear warm-up, then an exponential decay to `decay` times the
 /// base.
 double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay);
