@@ -1,6 +1,7 @@
 #include "vivant/model/composite.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "io_helpers.hpp"
@@ -18,8 +19,16 @@ namespace {
 constexpr double nothing = -1e4;  // a density bias whose exponential is 0
 constexpr int width = 16, height = 24;
 
+/// Samples of one field as numbers, each with its own colour.
+struct Samples {
+  std::vector<float> depths, deltas, density;  // [R, S]
+  std::vector<float> colours;                  // [N, 3]
+  std::vector<std::int32_t> places;            // [N] among the R S
+};
+
 struct Pictures {
   std::vector<float> both, scene, person, person_alpha;
+  Samples scene_samples, person_samples;
 };
 
 /// A person in front of a scene, and each alone, in one graph on the real samples.
@@ -60,13 +69,67 @@ Pictures render(Device& device, double scene_bias, double human_bias, Intervals 
       composite_output(graph, scene, human, composite(graph, scene, behind, person, intervals, threshold)),
       scene.field().colour(graph, scene_alone.hidden, scene_alone.alpha),
       human.field().colour(graph, weighted_sum(weights.weight, person.hidden, person.ids), alpha), alpha};
-  Executor executor(device, graph, pictures);
+  const auto projected = [&](const Field& field, Value hidden) {  // every sample on its own, with the alpha 1
+    const std::vector<double> ones(hidden.shape().rows(), 1.0);
+    const Value alpha = graph.with_count(graph.constant({hidden.shape().rows(), 1}, ones), hidden.count());
+    return field.colour(graph, hidden, alpha);
+  };
+  const Value scene_colours = projected(scene.field(), scene.hidden(graph, behind)),
+              person_colours = projected(human.field(), person.hidden);
+  Values outputs = pictures;
+  outputs.insert(outputs.end(), {behind.depths, behind.deltas, behind.density, scene_colours, person.depths,
+                                 person.deltas, person.density, person_colours, person.ids});
+  Executor executor(device, graph, outputs);
   executor.write(cameras, std::span<const float>(camera_table(std::span(&camera, 1))));
   inputs.write(executor,
                {Pose(body.joint_count(), Vector3d::Zero()), Vector3d::Zero(), human.mixed_codes({})});
   executor.run();
-  return {executor.read(pictures[0]), executor.read(pictures[1]), executor.read(pictures[2]),
-          executor.read(pictures[3])};
+  const auto read = [&](Value value) { return executor.read(value); };
+  Pictures result{.both = read(pictures[0]),
+                  .scene = read(pictures[1]),
+                  .person = read(pictures[2]),
+                  .person_alpha = read(pictures[3]),
+                  .scene_samples = {read(behind.depths),
+                                    read(behind.deltas),
+                                    read(behind.density),
+                                    read(scene_colours),
+                                    {}},
+                  .person_samples = {read(person.depths), read(person.deltas), read(person.density),
+                                     read(person_colours), executor.read_ints(person.ids)}};
+  result.scene_samples.places.resize(result.scene_samples.depths.size());
+  std::iota(result.scene_samples.places.begin(), result.scene_samples.places.end(), 0);
+  result.person_samples.places.resize(
+      executor.read_ints(person.hidden.count())[0]);  // the others are undefined
+  return result;
+}
+
+/// The plain form: the colours of all samples, sorted by depth and rendered in double precision.
+std::vector<double> rendered_plainly(const Samples& scene, const Samples& person) {
+  struct Sample {
+    double depth, opacity;
+    const float* colour;
+  };
+  constexpr std::size_t rays = width * height;
+  std::vector<std::vector<Sample>> samples(rays);
+  for (const Samples* field : {&scene, &person})
+    for (std::size_t k = 0; k < field->places.size(); ++k) {
+      const std::size_t place = field->places[k];
+      samples[place / (field->depths.size() / rays)].push_back(
+          {field->depths[place],
+           1 - std::exp(-static_cast<double>(field->density[place]) * field->deltas[place]),
+           &field->colours[3 * k]});
+    }
+  std::vector<double> picture(3 * rays, 0.0);
+  for (std::size_t r = 0; r < rays; ++r) {
+    std::stable_sort(samples[r].begin(), samples[r].end(),
+                     [](const Sample& a, const Sample& b) { return a.depth < b.depth; });
+    double passes = 1;
+    for (const Sample& sample : samples[r]) {
+      for (int c = 0; c < 3; ++c) picture[3 * r + c] += passes * sample.opacity * sample.colour[c];
+      passes *= 1 - sample.opacity;
+    }
+  }
+  return picture;
 }
 
 float largest(const std::vector<float>& numbers) { return *std::max_element(numbers.begin(), numbers.end()); }
@@ -102,6 +165,21 @@ TEST_CASE("composite: a solid person hides the scene behind, and pixels beside t
   CHECK(on_person > 5);
   CHECK(beside > 50);
   CHECK(pictures.both != pictures.scene);
+}
+
+TEST_CASE(
+    "composite: both fields rendered, then projected, are the projected samples sorted and rendered "
+    "plainly") {
+  Device device;
+  const Pictures pictures = render(device, -2, 3, Intervals::own, 0);
+  const std::vector<double> plain = rendered_plainly(pictures.scene_samples, pictures.person_samples);
+  double worst = 0, from_scene = 0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    worst = std::max(worst, std::abs(pictures.both[i] - plain[i]));
+    from_scene = std::max(from_scene, std::abs(pictures.scene[i] - plain[i]));
+  }
+  CHECK(worst < 1e-5);
+  CHECK(from_scene > 0.05);  // the person shows
 }
 
 TEST_CASE("composite: merged intervals thin the wall behind an empty person") {
