@@ -112,6 +112,40 @@ TEST_CASE("stylizer: tiles do not show, whatever the frame's size; strength 0 is
   CHECK(largest_difference(stylise(64, 64, 80, 0), plain) < 1e-4);
 }
 
+TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with the style in it computes") {
+  Fixture f;
+  load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
+  const cv::Mat shown = picture("cubist.jpg", 64, 80);
+  cv::Mat style, painting;  // of a size that is kept
+  cv::resize(read_image(asset_path("styles/impasto.jpg")), style, {64, 48}, 0, 0, cv::INTER_AREA);
+  style.convertTo(painting, CV_32F, 1.0 / 255);
+  const std::vector<float> features = f.features(shown);
+  const std::span<const float> rgb = values_of(shown);
+  const RenderedFrame frame{features, rgb};
+  FrameStylizer quick(f.device, f.stylizer, f.vgg, 64, 80, {.tile = 9, .colour_match = 0, .tokens = 12 * 16});
+  quick.set_style(style, quick.measure({&frame, 1}), {&frame, 1});
+
+  Graph graph;
+  const Value seen = graph.input("features", {16, 20, 256}), colours = graph.input("rgb", {64, 80, 3}),
+              model = graph.input("painting", {48, 64, 3});
+  const auto light = [&](Value image) { return f.stylizer.feature_luma(f.stylizer.luma(graph, image)); };
+  const StyleTokens tokens =
+      f.stylizer.style_tokens(graph, f.vgg.features(model, {"relu3_1"}).at("relu3_1"), light(model));
+  const ContentStatistics statistics = f.stylizer.statistics(f.stylizer.content(graph, seen), light(colours));
+  const Value image = f.stylizer.stylise(graph, seen, colours, tokens, statistics,
+                                         graph.constant({1}, std::vector<double>{1}));
+  Executor executor(f.device, graph, {image});
+  executor.write(seen, features);
+  executor.write(colours, rgb);
+  executor.write(model, values_of(painting));
+  executor.run();
+  std::vector<float> plain = executor.read(image);
+  for (float& value : plain) value = std::clamp(value, 0.0f, 1.0f);
+  const std::vector<float> got = quick.stylise(frame, 1);
+  CHECK(largest_difference(got, plain) < 1e-4);
+  CHECK(largest_difference(got, {rgb.begin(), rgb.end()}) > 0.2);
+}
+
 TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colours of a painting") {
   Fixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
