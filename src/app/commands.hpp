@@ -21,6 +21,7 @@ void add_op(CLI::App& app, const Globals& globals);
 void add_bench(CLI::App& app, const Globals& globals);
 void add_train(CLI::App& app, const Globals& globals);
 void add_render(CLI::App& app, const Globals& globals);
+void add_batch(CLI::App& app, const Globals& globals);
 void add_eval(CLI::App& app, const Globals& globals);
 
 }  // namespace vivant::app

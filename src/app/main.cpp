@@ -65,6 +65,7 @@ int run(int argc, char** argv) {
   vivant::app::add_bench(app, globals);
   vivant::app::add_train(app, globals);
   vivant::app::add_render(app, globals);
+  vivant::app::add_batch(app, globals);
   vivant::app::add_eval(app, globals);
   try {
     app.parse(argc, argv);

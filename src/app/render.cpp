@@ -1,30 +1,9 @@
 #include "vivant/jobs/render.hpp"
 
-#include <charconv>
-
-#include "app/arguments.hpp"
 #include "app/commands.hpp"
+#include "vivant/jobs/values.hpp"
 
 namespace vivant::app {
-namespace {
-
-/// "10:20" as the range [10, 20).
-std::pair<int, int> parse_range(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  const auto number = [&](std::size_t from, std::size_t to) {
-    int value = -1;
-    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
-    if (error != std::errc() || end != text.data() + to)
-      throw UsageError(fmt::format("--frames takes FIRST:END, such as 0:24, not '{}'", text));
-    return value;
-  };
-  if (colon == std::string::npos)
-    throw UsageError(fmt::format("--frames takes FIRST:END, such as 0:24, not '{}'", text));
-  return {number(0, colon), number(colon + 1, text.size())};
-}
-
-}  // namespace
-
 void add_render(CLI::App& app, const Globals& globals) {
   CLI::App* command = app.add_subcommand("render", "Render views of a run");
   command->footer(
@@ -52,12 +31,12 @@ void add_render(CLI::App& app, const Globals& globals) {
       ->capture_default_str();
   command
       ->add_option_function<std::string>(
-          "--size", [options](const std::string& text) { options->film.size = parse_size(text); },
+          "--size", [options](const std::string& text) { options->film.size = size_from(text); },
           "size of the pictures; else the cameras' own")
       ->type_name("WxH");
   command
       ->add_option_function<std::string>(
-          "--frames", [options](const std::string& text) { options->film.frames = parse_range(text); },
+          "--frames", [options](const std::string& text) { options->film.frames = frame_range_from(text); },
           "only these views, the end left out")
       ->type_name("FIRST:END");
   command

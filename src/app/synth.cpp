@@ -1,6 +1,6 @@
 #include "vivant/jobs/synth.hpp"
-#include "app/arguments.hpp"
 #include "app/commands.hpp"
+#include "vivant/jobs/values.hpp"
 
 namespace vivant::app {
 namespace {
@@ -33,9 +33,7 @@ void add_synth(CLI::App& app, const Globals& globals) {
   command
       ->add_option_function<std::string>(
           "--size",
-          [options](const std::string& text) {
-            std::tie(options->width, options->height) = parse_size(text);
-          },
+          [options](const std::string& text) { std::tie(options->width, options->height) = size_from(text); },
           "size of the pictures")
       ->default_str("320x240")
       ->type_name("WxH");

@@ -135,6 +135,13 @@ cv::Mat read_image(const fs::path& path) {
   return image;
 }
 
+cv::Mat read_image_with_alpha(const fs::path& path) {
+  cv::Mat image = read_checked(path, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_8UC4) return read_image(path);
+  cv::cvtColor(image, image, cv::COLOR_BGRA2RGBA);
+  return image;
+}
+
 cv::Mat read_mask(const fs::path& path) { return read_checked(path, cv::IMREAD_GRAYSCALE); }
 
 void write_image(const fs::path& path, const cv::Mat& image) {

@@ -1,13 +1,12 @@
 #include "vivant/jobs/config.hpp"
 
 #include <fmt/ranges.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "jobs/config_table.hpp"
+#include "jobs/toml_text.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/runtime/error.hpp"
 
@@ -84,12 +83,6 @@ bool assign(const ConfigKey& key, std::vector<std::int64_t>& target, const toml:
   return true;
 }
 
-std::string text_of(const toml::node& node) {
-  std::ostringstream text;
-  node.visit([&](const auto& value) { text << value; });
-  return text.str();
-}
-
 /// `where` opens the message: "run.toml line 3" or "--set".
 void set_key(Config& config, const std::string& name, const toml::node& node, const std::string& where) {
   const ConfigKey* key = find_config_key(name);
@@ -97,17 +90,6 @@ void set_key(Config& config, const std::string& name, const toml::node& node, co
   const Setting setting = key->setting(config);
   if (!std::visit([&](auto* target) { return assign(*key, *target, node); }, setting))
     refuse("{}: {} must be {}, not {}", where, name, expected(*key, setting), text_of(node));
-}
-
-/// A TOML text as a table. The library's errors have several lines; the first says what is wrong.
-toml::table parse_toml(const std::string& text, const std::string& source) {
-  try {
-    return toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    std::string why(error.description());
-    std::replace(why.begin(), why.end(), '\n', ' ');
-    refuse("{} line {}: broken TOML: {}", source, error.source().begin.line, why);
-  }
 }
 
 void apply_setting(Config& config, const std::string& setting, const std::string& where) {
@@ -130,15 +112,14 @@ void apply_setting(Config& config, const std::string& setting, const std::string
 void apply_table(Config& config, const toml::table& table, const std::string& source) {
   for (const auto& [section, content] : table) {
     const std::string name(section.str());
-    const std::string where = fmt::format("{} line {}", source, content.source().begin.line);
+    const std::string where = line_of(content, source);
     if (name == "preset") continue;
     if (!content.is_table()) {
       set_key(config, name, content, where);  // a key without a section: names the nearest
       continue;
     }
     for (const auto& [key, node] : *content.as_table())
-      set_key(config, fmt::format("{}.{}", name, key.str()), node,
-              fmt::format("{} line {}", source, node.source().begin.line));
+      set_key(config, fmt::format("{}.{}", name, key.str()), node, line_of(node, source));
   }
 }
 

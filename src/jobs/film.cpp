@@ -17,6 +17,7 @@ std::vector<Camera> cameras_of(const Capture& capture, const std::vector<int>& f
 
 /// The cameras of the views, and the frames of the capture whose instants they show.
 std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const FilmOptions& options) {
+  check_views(options.views);
   CameraPath path{capture.fps, {}};
   std::vector<int> frames;
   if (options.views == "train" || options.views == "test") {
@@ -30,13 +31,10 @@ std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const F
   } else if (options.views == "first") {
     path.cameras = {capture.frames.front().camera};
     frames = {0};
-  } else if (options.views.ends_with(".json")) {
+  } else {
     path = read_camera_path(options.views);
     for (std::size_t i = 0; i < path.cameras.size(); ++i)
       frames.push_back(static_cast<int>(std::min(i, capture.frames.size() - 1)));
-  } else {
-    throw UsageError(fmt::format("unknown views '{}': use train, test, first, orbit or a camera path (.json)",
-                                 options.views));
   }
   if (path.cameras.empty()) fail("there are no views to render");
   return {path, frames};
@@ -143,6 +141,14 @@ std::vector<Shot> reference_shots(const OpenRun& run, const OpenRun& scene, cons
 }
 
 }  // namespace
+
+void check_views(const std::string& views) {
+  for (const char* known : {"train", "test", "first", "orbit"})
+    if (views == known) return;
+  if (!views.ends_with(".json"))
+    throw UsageError(
+        fmt::format("unknown views '{}': use train, test, first, orbit or a camera path (.json)", views));
+}
 
 Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options) {
   Film film = whole_film(run, scene, options);

@@ -12,6 +12,9 @@ cv::Size inspect_image(const std::filesystem::path& path);
 /// dropped). Throws Error when the file is missing, not an image, or cut short.
 cv::Mat read_image(const std::filesystem::path& path);
 
+/// The same, but a picture that has alpha as CV_8UC4 in RGBA order.
+cv::Mat read_image_with_alpha(const std::filesystem::path& path);
+
 /// Reads a mask as CV_8UC1.
 cv::Mat read_mask(const std::filesystem::path& path);
 

@@ -23,6 +23,9 @@ struct FilmOptions {
   std::optional<Place> place = {};     ///< of the person; else where the person of the scene's capture starts
 };
 
+/// Throws UsageError for other views than the ones above.
+void check_views(const std::string& views);
+
 /// A picture to make: from where, and what the person does in it (nothing in a run without one).
 struct Shot {
   Camera camera;

@@ -15,6 +15,7 @@ struct OpenRun {
   Config config;
   Capture capture;
   std::unique_ptr<CaptureModel> model;
+  std::filesystem::path checkpoint;  ///< the file that the model comes from
   bool has_features = false;  ///< the fields have learned to render features, which styles need
 };
 
