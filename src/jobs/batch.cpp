@@ -182,8 +182,8 @@ std::vector<BatchResult> run_batch(Device& device, const std::vector<BatchJob>& 
   std::size_t first = 0;
   for (const BatchJob& job : jobs) {
     const std::span<BatchResult> own = std::span(results).subspan(first, job.films.size());
-    first += job.films.size();
-    progress.info(fmt::format("film {} of {}: {}", first, results.size(), own.back().film.string()));
+    for (const BatchResult& result : own)
+      progress.info(fmt::format("film {} of {}: {}", ++first, results.size(), result.film.string()));
     runs.keep_only(job);
     const std::string failure = failure_of([&] { make_films(device, runs, job, own, progress); });
     for (BatchResult& result : own) {

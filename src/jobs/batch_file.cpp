@@ -117,9 +117,11 @@ const std::map<std::string, JobKey>& job_keys() {
   throw UsageError(fmt::format("{}: unknown key '{}': did you mean '{}'?", where, name, nearest));
 }
 
-void apply(JobText& job, const toml::table& table, const std::string& source) {
+/// Takes over the keys of a table, of which `apart` is none of a job.
+void apply(JobText& job, const toml::table& table, const std::string& apart, const std::string& source) {
   for (const auto& [key, node] : table) {
     const std::string name(key.str()), where = line_of(node, source);
+    if (name == apart) continue;
     const auto known = job_keys().find(name);
     if (known == job_keys().end()) refuse_key(name, where);
     try {
@@ -172,9 +174,7 @@ std::vector<BatchJob> load_batch(const fs::path& path) {
   const std::string source = path.string();
   const toml::table file = parse_toml(read_whole_file(path), source);
   JobText defaults;
-  toml::table without_jobs = file;
-  without_jobs.erase("job");
-  apply(defaults, without_jobs, source);
+  apply(defaults, file, "job", source);
   const toml::node* list = file.get("job");
   if (!list || !list->is_array_of_tables()) throw UsageError(fmt::format("{}: it has no [[job]]", source));
   std::vector<BatchJob> jobs;
@@ -182,7 +182,7 @@ std::vector<BatchJob> load_batch(const fs::path& path) {
   for (const toml::node& node : *list->as_array()) {
     const std::string where = line_of(node, source);
     JobText text = defaults;
-    apply(text, *node.as_table(), source);
+    apply(text, *node.as_table(), "", source);
     if (text.run.empty()) throw UsageError(fmt::format("{}: the job has no 'run'", where));
     for (BatchJob& job : multiplied(text, path.parent_path())) {
       for (const BatchFilm& film : job.films)
