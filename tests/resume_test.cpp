@@ -61,7 +61,7 @@ class Training {
 /// The arguments of a new run, and of one that goes on.
 std::vector<std::string> fresh(const std::filesystem::path& run) {
   std::vector<std::string> arguments = {tiny_capture().string(), "--run", run.string()};
-  const std::vector<std::string> settings = tiny_settings(40, 7);
+  const std::vector<std::string> settings = tiny_settings(60, 7);
   arguments.insert(arguments.end(), settings.begin(), settings.end());
   return arguments;
 }
@@ -125,14 +125,14 @@ TEST_CASE("resume: Ctrl-C in both stages and kill -9 at any moment leave no trac
   const auto begin = std::chrono::steady_clock::now();
   {
     Training training(fresh(stopped), log);
-    wait_for(training, stopped, "scene", 10);
+    wait_for(training, stopped, "scene", 3);
     CHECK(training.finish(SIGINT) == 130);
     CHECK(contains(read_whole_file(log), "go on with: vivant train --resume --run " + stopped.string()));
   }
   std::filesystem::rename(stopped, moved);
   {
     Training training(resumed(moved), log);
-    wait_for(training, moved, "human", 10);
+    wait_for(training, moved, "human", 3);
     CHECK(training.finish(SIGINT) == 130);
   }
   CHECK(Training(resumed(moved), log).finish() == 0);

@@ -8,24 +8,13 @@ namespace vivant {
 
 /// Settings of `vivant train` with which a few steps take a second.
 inline std::vector<std::string> tiny_settings(int steps, int checkpoint_every) {
-  std::vector<std::string> settings = {"training.preview_every=0",
-                                       "training.report_every=1",
-                                       "scene.plane_size=64",
-                                       "scene.plane_channels=16",
-                                       "scene.unet_widths=[16,16]",
-                                       "scene.rays=64",
-                                       "scene.batches_per_step=1",
-                                       "scene.samples=16",
-                                       "scene.unet_rate=0.0033333333333333335",
-                                       "human.plane_size=16",
-                                       "human.plane_channels=16",
-                                       "human.unet_widths=[16,16]",
-                                       "human.rays=64",
-                                       "human.batches_per_step=1",
-                                       "human.sample_step=0.03",
-                                       "human.box_points=64",
-                                       "human.correction_start=0",
-                                       "human.error_width=16"};
+  std::vector<std::string> settings = {
+      "training.preview_every=0", "training.report_every=1",   "scene.plane_size=64",
+      "scene.plane_channels=16",  "scene.unet_widths=[16,16]", "scene.rays=64",
+      "scene.batches_per_step=1", "scene.samples=16",          "scene.unet_rate=0.0033333333333333335",
+      "human.plane_size=16",      "human.plane_channels=16",   "human.unet_widths=[16,16]",
+      "human.rays=256",           "human.batches_per_step=1",  "human.sample_step=0.03",
+      "human.box_points=64",      "human.correction_start=0",  "human.error_width=16"};
   settings.push_back(fmt::format("training.checkpoint_every={}", checkpoint_every));
   settings.push_back(fmt::format("scene.steps={}", steps));
   settings.push_back(fmt::format("human.steps={}", steps));

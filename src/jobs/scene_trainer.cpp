@@ -96,7 +96,8 @@ void SceneTrainer::begin_phase(std::int64_t step) {
 }
 
 void SceneTrainer::run(std::int64_t step) {
-  if (!phase_ || plane_size_at(config_, model_, step) != phase().plane_size) begin_phase(step);
+  const bool grows = phase_ && plane_size_at(config_, model_, step) != phase().plane_size;
+  if (!phase_ || (grows && failure().empty())) begin_phase(step);  // a failure stays until it is asked for
   const auto& scene = config_.scene;
   const auto rate = [&](double base) {
     return scheduled_rate(base, step, scene.steps, scene.warmup_steps, scene.rate_decay);
