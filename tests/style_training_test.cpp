@@ -1,0 +1,108 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <map>
+
+#include "io_helpers.hpp"
+#include "vivant/io/assets.hpp"
+#include "vivant/jobs/feature_trainer.hpp"
+#include "vivant/jobs/style_trainer.hpp"
+#include "vivant/jobs/synth.hpp"
+
+using namespace vivant;
+
+namespace {
+
+const Capture& small_capture() {
+  static const TemporaryFolder folder;
+  static const Capture capture = [] {
+    synthesise({.output = folder.path(), .frames = 9, .width = 64, .height = 48, .motion = {}});
+    return load_capture(folder.path());
+  }();
+  return capture;
+}
+
+const Config& small_config() {
+  static const Config config = load_config(
+      "demo", std::nullopt,
+      {"scene.plane_size=16", "scene.unet_widths=[16, 32]", "scene.samples=8", "human.plane_size=16",
+       "human.plane_channels=16", "human.unet_widths=[16, 32]", "human.render_step=0.03", "features.steps=12",
+       "features.patch=32", "features.views=3", "style.steps=6", "style.crop=32", "style.novel_views=3"});
+  return config;
+}
+
+/// The model of the small capture, and how its parameters change.
+struct Small {
+  Device device;
+  Progress progress{ProgressMode::none, false};
+  CaptureModel model{device, small_config(), small_capture()};
+
+  std::map<std::string, std::vector<float>> parameters() {
+    std::map<std::string, std::vector<float>> values;
+    for (const ParameterStore::Parameter& parameter : model.store().parameters())
+      values[parameter.name] = model.store().read(parameter.name);
+    return values;
+  }
+  /// Losses by name after the first and after the last of `steps` steps.
+  template <typename Trainer>
+  static std::pair<StepReport, StepReport> run(Trainer& trainer, std::int64_t steps) {
+    std::pair<StepReport, StepReport> reports;
+    for (std::int64_t step = 0; step < steps; ++step) {
+      trainer.run(step);
+      if (step == 0) reports.first = trainer.report(1);
+    }
+    reports.second = trainer.report(steps);
+    CHECK(trainer.failure() == "");
+    return reports;
+  }
+};
+
+/// Checks that the parameters whose names start with one of `trained` changed, and no other one.
+void check_changed(const std::map<std::string, std::vector<float>>& before,
+                   const std::map<std::string, std::vector<float>>& after,
+                   const std::vector<std::string>& trained) {
+  for (const auto& [name, values] : after) {
+    INFO(name);
+    const bool expected = std::any_of(trained.begin(), trained.end(),
+                                      [&, n = name](const std::string& part) { return n.starts_with(part); });
+    CHECK((values != before.at(name)) == expected);
+    CHECK(std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); }));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("feature_trainer: feature layers and decoder learn, the fields are frozen, the same bits again") {
+  Small a, b;
+  const auto before = a.parameters();
+  FeatureTrainer trainer(a.device, small_config(), small_capture(), a.model, a.progress);
+  const auto [first, last] = Small::run(trainer, small_config().features.steps);
+  CHECK(*last.loss < 0.9 * *first.loss);
+  const auto after = a.parameters();
+  check_changed(before, after,
+                {"scene.feature.", "human.feature.", "stylizer.psi", "stylizer.decoder", "content_norm."});
+
+  FeatureTrainer again(b.device, small_config(), small_capture(), b.model, b.progress);
+  Small::run(again, small_config().features.steps);
+  CHECK(b.parameters() == after);
+}
+
+TEST_CASE("style_trainer: psi and the decoder alone learn, with finite losses, the same bits again") {
+  Small a, b;
+  for (Small* small : {&a, &b}) {
+    FeatureTrainer features(small->device, small_config(), small_capture(), small->model, small->progress);
+    Small::run(features, 1);
+    small->model.store().clear_moments();
+  }
+  const auto before = a.parameters();
+  StyleTrainer trainer(a.device, small_config(), small_capture(), a.model, asset_path("styles"), a.progress);
+  const auto [first, last] = Small::run(trainer, small_config().style.steps);
+  for (const auto& [name, loss] : last.more) CHECK(std::isfinite(loss));
+  CHECK(last.more.at("global") > 0);
+  const auto after = a.parameters();
+  check_changed(before, after, {"stylizer.psi", "stylizer.decoder"});
+
+  StyleTrainer again(b.device, small_config(), small_capture(), b.model, asset_path("styles"), b.progress);
+  Small::run(again, small_config().style.steps);
+  CHECK(b.parameters() == after);
+}
