@@ -27,7 +27,7 @@ const Config& small_config() {
       "demo", std::nullopt,
       {"scene.plane_size=16", "scene.unet_widths=[16, 32]", "scene.samples=8", "human.plane_size=16",
        "human.plane_channels=16", "human.unet_widths=[16, 32]", "human.render_step=0.03", "features.steps=12",
-       "features.patch=32", "features.views=3", "style.steps=6", "style.crop=32", "style.novel_views=3"});
+       "features.patch=48", "features.views=1", "style.steps=6", "style.crop=64", "style.novel_views=3"});
   return config;
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("feature_trainer: feature layers and decoder learn, the fields are fro
   const auto before = a.parameters();
   FeatureTrainer trainer(a.device, small_config(), small_capture(), a.model, a.progress);
   const auto [first, last] = Small::run(trainer, small_config().features.steps);
-  CHECK(*last.loss < 0.9 * *first.loss);
+  CHECK(*last.loss < 0.95 * *first.loss);  // one view, patches of nearly all of it
   const auto after = a.parameters();
   check_changed(before, after,
                 {"scene.feature.", "human.feature.", "stylizer.psi", "stylizer.decoder", "content_norm."});
