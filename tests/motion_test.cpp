@@ -91,6 +91,22 @@ TEST_CASE("motion: placing sets position, ground and heading") {
   for (int i = 0; i < 11; ++i) CHECK((still.translation[i] - motion.translation[i]).norm() < 1e-12);
 }
 
+TEST_CASE("motion: the ground is where feet stand, whatever jumps and fits that sink too deep") {
+  Motion motion;
+  for (int i = 0; i < 100; ++i) {
+    const double wave = 0.004 * (i % 5);
+    const double height = i < 20   ? -0.3 + 0.015 * i         // fitted too deep
+                          : i < 60 ? 0.2 + wave               // standing
+                                   : 0.25 + 0.02 * (i - 60);  // jumping
+    motion.pose.push_back(Pose(3, Vector3d::Zero()));
+    motion.translation.emplace_back(0, height, 0);
+  }
+  CHECK(ground_height(chain_body(), motion) == doctest::Approx(0.208).epsilon(0.02));
+  motion.pose.resize(1);
+  motion.translation = {{0, 0.7, 0}};
+  CHECK(ground_height(chain_body(), motion) == doctest::Approx(0.7));
+}
+
 TEST_CASE("bvh: channels, offsets and frames") {
   const TemporaryFolder folder;
   write_file(folder / "a.bvh", small_bvh);

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double ground_percentile = 0.05;
+constexpr double ground_share = 1.0 / 3;  // of the frames, at least, in which a foot stands
 
 Eigen::Quaterniond quaternion(const Vector3d& axis_angle) {
   return Eigen::Quaterniond(rotation_from_axis_angle(axis_angle));
@@ -77,9 +77,12 @@ double ground_height(const Body& body, const Motion& motion) {
     for (const Vector3d& vertex : skin(body, transforms)) low = std::min(low, vertex.y());
     lowest.push_back(low);
   }
-  const auto at = lowest.begin() + static_cast<std::ptrdiff_t>(ground_percentile * (lowest.size() - 1));
-  std::nth_element(lowest.begin(), at, lowest.end());
-  return *at;
+  std::sort(lowest.begin(), lowest.end());
+  const auto inside = static_cast<std::ptrdiff_t>(ground_share * static_cast<double>(lowest.size() - 1));
+  auto densest = lowest.begin();
+  for (auto low = lowest.begin(); low + inside < lowest.end(); ++low)
+    if (low[inside] - *low < densest[inside] - *densest) densest = low;
+  return 0.5 * (*densest + densest[inside]);
 }
 
 double heading(const Vector3d& root_axis_angle) {
