@@ -43,19 +43,30 @@ struct Small {
       values[parameter.name] = model.store().read(parameter.name);
     return values;
   }
-  /// Losses by name after the first and after the last of `steps` steps.
+  /// Runs the steps [first, steps); what the first and the last of them reported.
   template <typename Trainer>
-  static std::pair<StepReport, StepReport> run(Trainer& trainer, std::int64_t steps) {
+  static std::pair<StepReport, StepReport> run(Trainer& trainer, std::int64_t steps, std::int64_t first = 0) {
     std::pair<StepReport, StepReport> reports;
-    for (std::int64_t step = 0; step < steps; ++step) {
+    for (std::int64_t step = first; step < steps; ++step) {
       trainer.run(step);
-      if (step == 0) reports.first = trainer.report(1);
+      if (step == first) reports.first = trainer.report(first + 1);
     }
     reports.second = trainer.report(steps);
     CHECK(trainer.failure() == "");
     return reports;
   }
 };
+
+/// Runs the first half of the steps in `first`, hands all that a checkpoint keeps to `second`, and runs the
+/// rest.
+template <typename Make>
+void run_interrupted(Small& first, Small& second, std::int64_t steps, const Make& make) {
+  Checkpoint checkpoint;
+  Small::run(*make(first), steps / 2);
+  keep_training(checkpoint, first.model.store());
+  restore_training(checkpoint, second.model.store());
+  Small::run(*make(second), steps, steps / 2);
+}
 
 /// Checks that the parameters whose names start with one of `trained` changed, and no other one.
 void check_changed(const std::map<std::string, std::vector<float>>& before,
@@ -72,8 +83,9 @@ void check_changed(const std::map<std::string, std::vector<float>>& before,
 
 }  // namespace
 
-TEST_CASE("feature_trainer: feature layers and decoder learn, the fields are frozen, the same bits again") {
-  Small a, b;
+TEST_CASE(
+    "feature_trainer: feature layers and decoder learn, the fields are frozen, resumed with the same bits") {
+  Small a, b, c;
   const auto before = a.parameters();
   FeatureTrainer trainer(a.device, small_config(), small_capture(), a.model, a.progress);
   const auto [first, last] = Small::run(trainer, small_config().features.steps);
@@ -82,13 +94,15 @@ TEST_CASE("feature_trainer: feature layers and decoder learn, the fields are fro
   check_changed(before, after,
                 {"scene.feature.", "human.feature.", "stylizer.psi", "stylizer.decoder", "content_norm."});
 
-  FeatureTrainer again(b.device, small_config(), small_capture(), b.model, b.progress);
-  Small::run(again, small_config().features.steps);
-  CHECK(b.parameters() == after);
+  run_interrupted(b, c, small_config().features.steps, [](Small& small) {
+    return std::make_unique<FeatureTrainer>(small.device, small_config(), small_capture(), small.model,
+                                            small.progress);
+  });
+  CHECK(c.parameters() == after);
 }
 
-TEST_CASE("style_trainer: psi and the decoder alone learn, with finite losses, the same bits again") {
-  Small a, b;
+TEST_CASE("style_trainer: psi and the decoder alone learn, with finite losses, resumed with the same bits") {
+  Small a, b, c;
   for (Small* small : {&a, &b}) {
     FeatureTrainer features(small->device, small_config(), small_capture(), small->model, small->progress);
     Small::run(features, 1);
@@ -102,7 +116,9 @@ TEST_CASE("style_trainer: psi and the decoder alone learn, with finite losses, t
   const auto after = a.parameters();
   check_changed(before, after, {"stylizer.psi", "stylizer.decoder"});
 
-  StyleTrainer again(b.device, small_config(), small_capture(), b.model, asset_path("styles"), b.progress);
-  Small::run(again, small_config().style.steps);
-  CHECK(b.parameters() == after);
+  run_interrupted(b, c, small_config().style.steps, [](Small& small) {
+    return std::make_unique<StyleTrainer>(small.device, small_config(), small_capture(), small.model,
+                                          asset_path("styles"), small.progress);
+  });
+  CHECK(c.parameters() == after);
 }
