@@ -43,6 +43,10 @@ void check_own_scene(const OpenRun& walk) {
   const int frame = walk.capture.training_frames()[1];
   CHECK(same_camera(film.shots[1].camera, walk.capture.frames[frame].camera));
   CHECK(film.shots[1].person->translation == walk.capture.human->poses.translation[frame]);
+  const Film all = plan_film(walk, walk, {.views = "all"});
+  REQUIRE(all.shots.size() == walk.capture.frames.size());
+  CHECK(all.known_poses);
+  CHECK(same_camera(all.shots[3].camera, walk.capture.frames[3].camera));
   CHECK(plan_film(walk, walk, {.views = "train", .frames = std::pair(2, 5)}).shots.size() == 3);
   CHECK(contains(error_of([&] { plan_film(walk, walk, {.views = "train", .frames = std::pair(2, 50)}); }),
                  "frames 2:50 are not among"));

@@ -88,6 +88,7 @@ TEST_CASE("synth: the same seed gives the same bytes, another seed does not") {
   const auto second = files_in(again.path());
   CHECK(first.size() > 3 * 10);
   CHECK(first == second);
+  CHECK(load_poses(shared_capture() / "dance.safetensors").frame_count() == 64);
   const auto other = files_in(changed.path());
   CHECK(first.at("images/0001.png") != other.at("images/0001.png"));
   CHECK(first.at("poses.safetensors") != other.at("poses.safetensors"));

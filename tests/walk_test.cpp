@@ -70,6 +70,25 @@ TEST_CASE("a walk follows its headings and both legs alternate") {
   CHECK(right_bent_more);
 }
 
+TEST_CASE("a dance goes smoothly from posture to posture, on the floor") {
+  const Body body = load_body(asset_path("body.safetensors"));
+  const Motion postures = posture_collection(body), dance = procedural_dance(body, 20, 8);
+  CHECK(dance.fps == 20);
+  REQUIRE(dance.frame_count() == 64);
+  double fastest = 0;
+  for (int frame = 0; frame < dance.frame_count(); ++frame) {
+    CHECK(lowest(posed(body, dance, frame)) == doctest::Approx(0).epsilon(1e-9));
+    const Pose &pose = dance.pose[frame], &next = dance.pose[(frame + 1) % dance.frame_count()];
+    for (int joint = 0; joint < body.joint_count(); ++joint) {
+      if (frame % 8 == 0) CHECK((pose[joint] - postures.pose[frame / 8][joint]).norm() < 1e-9);
+      const Eigen::Matrix3d turn =
+          rotation_from_axis_angle(pose[joint]).transpose() * rotation_from_axis_angle(next[joint]);
+      fastest = std::max(fastest, axis_angle_from_rotation(turn).norm());
+    }
+  }
+  CHECK(fastest < 0.6);  // a radian takes more than one frame
+}
+
 TEST_CASE("postures stand on the ground and need the rig's joints") {
   Body body = load_body(asset_path("body.safetensors"));
   const Motion postures = posture_collection(body);

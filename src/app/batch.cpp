@@ -36,7 +36,7 @@ void add_batch(CLI::App& app, const Globals& globals) {
       "\n"
       "  [[job]]\n"
       "  run = \"runs/walk\"\n"
-      "  views = [\"train\", \"orbit\"]\n"
+      "  views = [\"all\", \"orbit\"]\n"
       "\n"
       "  [[job]]\n"
       "  run = \"runs/walk\"\n"

@@ -11,17 +11,18 @@ void add_render(CLI::App& app, const Globals& globals) {
       "  vivant render runs/first --views test -o held-out\n"
       "  vivant render runs/first --views orbit --orbit-angle 20 -o orbit.mp4\n"
       "  vivant render runs/first --motion dance.bvh -o dance.mp4\n"
-      "  vivant render runs/first --views train --style painting.jpg -o painted.mp4\n"
+      "  vivant render runs/first --views all --style painting.jpg -o painted.mp4\n"
       "  vivant render runs/first --scene runs/garden --place 0.5,0,-1,90 -o in-the-garden.mp4\n"
       "  vivant render runs/first --views path.json --size 960x540 --frames 0:24 -o path.mp4");
   const auto options = std::make_shared<RenderOptions>();
   command->add_option("RUN", options->run, "folder of a trained run")->required();
-  CLI::Option* views = command
-                           ->add_option("--views", options->film.views,
-                                        "train, test, first, orbit or a camera path as JSON; with --motion "
-                                        "or --scene first is the default")
-                           ->capture_default_str()
-                           ->type_name("VIEWS");
+  CLI::Option* views =
+      command
+          ->add_option("--views", options->film.views,
+                       "all, train, test, first, orbit or a camera path as JSON; with --motion "
+                       "or --scene first is the default")
+          ->capture_default_str()
+          ->type_name("VIEWS");
   command
       ->add_option("--orbit-angle", options->film.orbit_angle,
                    "degrees to each side of the middle frame's camera")

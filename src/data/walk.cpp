@@ -196,6 +196,13 @@ Pose upper_body(const Body& body, double cycle, double heading) {
   return builder.pose();
 }
 
+/// Adds a frame: the pose above the origin, its lowest vertex on the floor.
+void add_standing(Motion& motion, const Body& body, const Pose& pose) {
+  const double lowest = lowest_height(skin(body, joint_transforms(body, pose, Vector3d::Zero())));
+  motion.pose.push_back(pose);
+  motion.translation.push_back(Vector3d(-body.joints.front().x(), -lowest, -body.joints.front().z()));
+}
+
 }  // namespace
 
 Motion procedural_walk(const Body& body, const WalkOptions& options) {
@@ -283,11 +290,24 @@ Motion posture_collection(const Body& body) {
   Motion motion;
   motion.fps = 1;
   motion.joint_names = body.joint_names;
-  for (const Pose& pose : poses) {
-    const double lowest = lowest_height(skin(body, joint_transforms(body, pose, Vector3d::Zero())));
-    motion.pose.push_back(pose);
-    motion.translation.push_back(Vector3d(-body.joints.front().x(), -lowest, -body.joints.front().z()));
-  }
+  for (const Pose& pose : poses) add_standing(motion, body, pose);
+  return motion;
+}
+
+Motion procedural_dance(const Body& body, double fps, int frames_each) {
+  Motion postures = posture_collection(body);
+  postures.pose.push_back(postures.pose.front());
+  postures.translation.push_back(postures.translation.front());
+  constexpr int fine = 64;  // in-between poses a posture, from which the eased ones are taken
+  const Motion between = resampled(postures, fine * postures.fps);
+  Motion motion;
+  motion.fps = fps;
+  motion.joint_names = body.joint_names;
+  for (int posture = 0; posture + 1 < postures.frame_count(); ++posture)
+    for (int i = 0; i < frames_each; ++i) {
+      const double t = static_cast<double>(i) / frames_each, eased = t * t * (3 - 2 * t);
+      add_standing(motion, body, between.pose[fine * posture + static_cast<int>(std::lround(fine * eased))]);
+    }
   return motion;
 }
 

@@ -1,6 +1,7 @@
 #include "vivant/jobs/film.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "vivant/data/camera_path.hpp"
 
@@ -8,6 +9,9 @@ namespace vivant {
 namespace {
 
 constexpr std::size_t reference_count = 4;
+
+/// Frames of the capture from their own cameras.
+bool own_views(const std::string& views) { return views == "all" || views == "train" || views == "test"; }
 
 std::vector<Camera> cameras_of(const Capture& capture, const std::vector<int>& frames) {
   std::vector<Camera> cameras;
@@ -20,8 +24,12 @@ std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const F
   check_views(options.views);
   CameraPath path{capture.fps, {}};
   std::vector<int> frames;
-  if (options.views == "train" || options.views == "test") {
+  if (own_views(options.views)) {
     frames = options.views == "train" ? capture.training_frames() : capture.held_out_frames();
+    if (options.views == "all") {
+      frames.resize(capture.frames.size());
+      std::iota(frames.begin(), frames.end(), 0);
+    }
     path.cameras = cameras_of(capture, frames);
   } else if (options.views == "orbit") {
     const int middle = static_cast<int>(capture.frames.size() / 2);
@@ -113,7 +121,7 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
     film.shots = spread(path.cameras, captured(run, scene, options, frames_with_person(run.capture)));
   } else if (has_person) {
     film.shots = spread(path.cameras, captured(run, scene, options, frames));
-    film.known_poses = !options.place && (options.views == "train" || options.views == "test");
+    film.known_poses = !options.place && own_views(options.views);
   } else {
     for (const Camera& camera : path.cameras) film.shots.push_back({camera, std::nullopt});
   }
@@ -143,11 +151,11 @@ std::vector<Shot> reference_shots(const OpenRun& run, const OpenRun& scene, cons
 }  // namespace
 
 void check_views(const std::string& views) {
-  for (const char* known : {"train", "test", "first", "orbit"})
+  for (const char* known : {"all", "train", "test", "first", "orbit"})
     if (views == known) return;
   if (!views.ends_with(".json"))
-    throw UsageError(
-        fmt::format("unknown views '{}': use train, test, first, orbit or a camera path (.json)", views));
+    throw UsageError(fmt::format(
+        "unknown views '{}': use all, train, test, first, orbit or a camera path (.json)", views));
 }
 
 Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& options) {

@@ -229,6 +229,7 @@ void synthesise(const SynthOptions& options, const SynthProgress& progress) {
   Capture poses =
       film.shoot(truth / "novel_poses", postures, novel_pose_shots(options, film.body(), postures));
   write_capture(poses, truth / "novel_poses");
+  save_poses(options.output / "dance.safetensors", procedural_dance(film.body(), kFramesPerSecond));
   write_capture(training, options.output);  // last: a capture that can be loaded is whole
 }
 

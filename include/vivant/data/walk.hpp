@@ -25,4 +25,8 @@ Motion procedural_walk(const Body& body, const WalkOptions& options = {});
 /// = 0 above the origin, facing about +z. Needs the joints of the CMU rig.
 Motion posture_collection(const Body& body);
 
+/// A dance through the postures and back to the first, `frames_each` frames from one to the next, slow at
+/// both ends; the lowest foot stays on the floor.
+Motion procedural_dance(const Body& body, double fps = 20, int frames_each = 8);
+
 }  // namespace vivant

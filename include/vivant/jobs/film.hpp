@@ -12,7 +12,7 @@ namespace vivant {
 
 /// What a film shows: from where, and what the person does.
 struct FilmOptions {
-  std::string views = "test";  ///< train, test, first, orbit, or a camera path as a JSON file
+  std::string views = "test";  ///< all, train, test, first, orbit, or a camera path as a JSON file
   double orbit_angle = 30;     ///< degrees to each side, for views = orbit
   int orbit_frames = 48;
   std::optional<std::pair<int, int>> size = {};    ///< of the pictures; else the cameras' own
@@ -44,7 +44,7 @@ struct Film {
 };
 
 /// The film of the person of `run` in the scene of `scene`, which may be the same; cameras are those of
-/// `scene`. In its own scene and without a motion the person does what the views show: training and held-out
+/// `scene`. In its own scene and without a motion the person does what the views show: the capture's own
 /// views show their frames, an orbit the instant of the capture's middle frame, the views of a camera path
 /// frame after frame. With a motion, or in another scene (there the capture's own poses are the motion), the
 /// film is as long as the motion and the views are spread over it. Throws UsageError for unknown views,

@@ -19,11 +19,11 @@ using SynthProgress = std::function<void(int done, int total)>;
 
 /// Makes a capture whose truth is known exactly: a clothed person who walks through a furnished room, seen by
 /// a camera that moves around. `output` becomes a capture (docs/capture-format.md) with images, masks, poses,
-/// body and surface points. For evaluation alone, output/truth/novel_views (the same instants from other
-/// places) and output/truth/novel_poses (poses that the capture does not hold) are captures too; their splits
-/// hold nothing out, use every frame. Metres, y up, floor at y = 0. The same options give the same bytes.
-/// Throws UsageError for sizes or counts that make no sense, Error when a file cannot be written or the
-/// motion leaves the room.
+/// body and surface points, and output/dance.safetensors is a motion to animate it with. For evaluation
+/// alone, output/truth/novel_views (the same instants from other places) and output/truth/novel_poses (poses
+/// that the capture does not hold) are captures too; their splits hold nothing out, use every frame. Metres,
+/// y up, floor at y = 0. The same options give the same bytes. Throws UsageError for sizes or counts that
+/// make no sense, Error when a file cannot be written or the motion leaves the room.
 void synthesise(const SynthOptions& options, const SynthProgress& progress = {});
 
 }  // namespace vivant
