@@ -17,8 +17,8 @@ OpenRun open_run(Device& device, const std::filesystem::path& path, Progress& pr
   for (const std::string& damaged : newest->damaged) progress.warn(damaged);
   restore_training(newest->checkpoint, model->store());
   const std::string& stage = newest->checkpoint.stage;
-  return {std::move(folder), std::move(config), std::move(capture), std::move(model), newest->checkpoint.source,
-          stage == "features" || stage == "style"};
+  return {std::move(folder), std::move(config),         std::move(capture),
+          std::move(model),  newest->checkpoint.source, stage == "features" || stage == "style"};
 }
 
 }  // namespace vivant

@@ -16,7 +16,7 @@ struct OpenRun {
   Capture capture;
   std::unique_ptr<CaptureModel> model;
   std::filesystem::path checkpoint;  ///< the file that the model comes from
-  bool has_features = false;  ///< the fields have learned to render features, which styles need
+  bool has_features = false;         ///< the fields have learned to render features, which styles need
 };
 
 /// Opens a run for reading. Throws Error when it has no checkpoint yet; tells `progress` of damaged ones
