@@ -10,8 +10,8 @@
 
 namespace vivant {
 
-/// The folder of a run. It holds everything that the run needs and refers to nothing outside, so it can be
-/// moved:
+/// The folder of a run. It holds all that rendering needs, so it can be moved; the capture's pictures alone,
+/// for training and evaluation, stay where they are and are named by their absolute paths:
 ///   config.toml  metrics.jsonl  log.txt  checkpoints/  previews/  capture/  styles/  lock
 class RunFolder {
  public:
