@@ -7,6 +7,7 @@
 //   statistics           deviation^2 = sum (x - mean)^2 / (n - 1) + epsilon; a chunk sums about its own mean m_k,
 //                        corrected by what that pass leaves over; M2 = sum_k [M2_k + n_k (m_k - mean)^2]
 //   statistics_gradient  grad_x = grad_mean / n + grad_deviation (x - mean) / ((n - 1) deviation)
+//   update_running       running += momentum (batch - running), unless *stop
 //   standardise_gradient grad_x = (g - sum g / n - y sum(g y) / (n - 1)) / deviation, y = (x - mean) / deviation, or
 //                        g / deviation when the statistics are not those of x
 //
@@ -69,6 +70,13 @@ KERNEL void statistics_gradient(IN REAL* restrict x, IN REAL* restrict mean, IN 
         grad_x + at + i);
   FOR_ROW(channels, BODY)
 #undef BODY
+}
+
+KERNEL void update_running(GLOBAL REAL* restrict running, IN REAL* restrict batch, IN int* restrict stop, int channels,
+                           REAL momentum) {
+  const int c = get_global_id(0);
+  if (c >= channels || (stop && stop[0] != 0)) return;
+  running[c] += momentum * (batch[c] - running[c]);
 }
 
 KERNEL void standardise(IN REAL* restrict x, IN REAL* restrict mean, IN REAL* restrict deviation,

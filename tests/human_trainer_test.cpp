@@ -60,7 +60,7 @@ struct Training {
       : trainer(device, config, capture, model.store(), *model.human(), backgrounds(), room) {}
   void run(std::int64_t from, std::int64_t to) {
     for (std::int64_t step = from; step < to; ++step) trainer.run(step);
-    CHECK(trainer.failure() == "");
+    CHECK_FALSE(trainer.failure());
   }
   std::vector<float> parameters() {
     std::vector<float> all;

@@ -52,7 +52,7 @@ struct Small {
       if (step == first) reports.first = trainer.report(first + 1);
     }
     reports.second = trainer.report(steps);
-    CHECK(trainer.failure() == "");
+    CHECK_FALSE(trainer.failure());
     return reports;
   }
 };

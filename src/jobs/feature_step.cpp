@@ -70,8 +70,6 @@ FeatureStep::FeatureStep(Device& device, const Config& config, CaptureModel& mod
   const Value content = stylizer.content(graph_, features), luma = stylizer.luma(graph_, rendered_);
   const Value image =
       stylizer.decode_image(graph_, content, stylizer.options().detail ? stylizer.detail(luma) : Value{});
-  if (train_heads) model.content_norm().update(stylizer.statistics(content, stylizer.feature_luma(luma)));
-
   const StyleFeatures seen = style_features(vgg, image, 4);
   const Value feature_loss = l2_loss(features, goal[2]), rgb_loss = l2_loss(image, truth_);
   Value vgg_loss = l2_loss(seen[0], goal[0]);
@@ -85,6 +83,9 @@ FeatureStep::FeatureStep(Device& device, const Config& config, CaptureModel& mod
   Optimizer::Options options = adam_on(config, stylizer);
   if (train_heads) options.trained.insert(options.trained.end(), {"scene.feature.", "human.feature."});
   optimizer_ = optimise(device, graph_, model.store(), loss, options);
+  if (train_heads)
+    model.content_norm().update(stylizer.statistics(content, stylizer.feature_luma(luma)),
+                                optimizer_->status());
   executor_ = std::make_unique<Executor>(device, graph_, losses_);
 }
 

@@ -35,7 +35,8 @@ class FeatureStep {
     double feature = 0, vgg = 0, rgb = 0, total = 0;
   };
   Losses losses();
-  std::string failure() { return optimizer_->failure(*executor_); }
+  std::optional<TrainingFailure> failure() { return optimizer_->failure(*executor_); }
+  const Optimizer& optimizer() const { return *optimizer_; }
   Executor& executor() { return *executor_; }
 
  private:

@@ -119,8 +119,11 @@ StepReport FeatureTrainer::report(std::int64_t step) {
           .more = {{"feature", losses.feature}, {"vgg", losses.vgg}, {"rgb", losses.rgb}}};
 }
 
-std::string FeatureTrainer::failure() { return state_->step.failure(); }
-void FeatureTrainer::diagnose() { state_->step.executor().run_checked(); }
+std::optional<TrainingFailure> FeatureTrainer::failure() { return state_->step.failure(); }
+void FeatureTrainer::diagnose(std::int64_t step) {
+  run(step);
+  state_->step.executor().run_checked();
+}
 const Executor& FeatureTrainer::executor() const { return state_->step.executor(); }
 
 void FeatureTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {

@@ -43,7 +43,7 @@ void HumanTrainer::run(std::int64_t step) {
 }
 
 void HumanTrainer::repeat_overflowed_steps() {
-  while (failure_.empty()) {
+  while (!failure_) {
     const std::optional<std::int64_t> overflowed = usual_->optimizer().overflowed_step(usual_->executor());
     if (!overflowed) return;
     // From the usual capacity on again in every such step: what a step gives does not depend on earlier ones,
@@ -56,7 +56,7 @@ void HumanTrainer::repeat_overflowed_steps() {
       larger_->run(step);
     } while (larger_->optimizer().overflowed_step(larger_->executor()));
     failure_ = larger_->optimizer().failure(larger_->executor());
-    if (!failure_.empty()) return;
+    if (failure_) return;
     ++repeated_steps_;
     usual_->optimizer().clear_status(device_);
     const std::int64_t last = last_step_;
@@ -78,9 +78,14 @@ StepReport HumanTrainer::report(std::int64_t step) {
   return report;
 }
 
-std::string HumanTrainer::failure() {
+std::optional<TrainingFailure> HumanTrainer::failure() {
   repeat_overflowed_steps();
-  return failure_.empty() ? usual_->optimizer().failure(usual_->executor()) : failure_;
+  return failure_ ? failure_ : usual_->optimizer().failure(usual_->executor());
+}
+
+void HumanTrainer::diagnose(std::int64_t step) {
+  latest().run(step);
+  latest().executor().run_checked();
 }
 
 void HumanTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {

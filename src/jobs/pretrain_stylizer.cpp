@@ -95,8 +95,8 @@ class Pretraining {
     write_preview(training_, run_.previews() / "style.png", true);
   }
 
-  static void check(const std::string& failure) {
-    if (!failure.empty()) fail("{}: start again with another seed", failure);
+  static void check(const std::optional<TrainingFailure>& failure) {
+    if (failure) fail("{}: start again with another seed", failure->what);
   }
 
   void after(const std::string& stage, std::int64_t done, std::int64_t steps) {

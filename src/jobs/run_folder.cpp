@@ -75,10 +75,12 @@ void RunFolder::lock() {
     fail("another process is writing to the run '{}': wait for it, or stop it", path_.string());
 }
 
-void RunFolder::save(const Checkpoint& checkpoint, std::int64_t number, std::int64_t kept) const {
-  save_checkpoint(checkpoint_folder(path_) / fmt::format("{:08}{}", number, extension), checkpoint);
+fs::path RunFolder::save(const Checkpoint& checkpoint, std::int64_t number, std::int64_t kept) const {
+  const fs::path saved = checkpoint_folder(path_) / fmt::format("{:08}{}", number, extension);
+  save_checkpoint(saved, checkpoint);
   const std::vector<fs::path> files = checkpoints();
   for (std::size_t i = 0; i + kept < files.size(); ++i) fs::remove(files[i]);
+  return saved;
 }
 
 std::vector<fs::path> RunFolder::checkpoints() const {

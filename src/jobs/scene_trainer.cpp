@@ -97,7 +97,7 @@ void SceneTrainer::begin_phase(std::int64_t step) {
 
 void SceneTrainer::run(std::int64_t step) {
   const bool grows = phase_ && plane_size_at(config_, model_, step) != phase().plane_size;
-  if (!phase_ || (grows && failure().empty())) begin_phase(step);  // a failure stays until it is asked for
+  if (!phase_ || (grows && !failure())) begin_phase(step);  // a failure stays until it is asked for
   const auto& scene = config_.scene;
   const auto rate = [&](double base) {
     return scheduled_rate(base, step, scene.steps, scene.warmup_steps, scene.rate_decay);
@@ -125,7 +125,14 @@ StepReport SceneTrainer::report(std::int64_t step) {
   return report;
 }
 
-std::string SceneTrainer::failure() { return phase().optimizer->failure(*phase().executor); }
+std::optional<TrainingFailure> SceneTrainer::failure() {
+  return phase().optimizer->failure(*phase().executor);
+}
+
+void SceneTrainer::diagnose(std::int64_t step) {
+  run(step);
+  phase().executor->run_checked();
+}
 
 void SceneTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {
   SceneRenderer renderer(device_, model_, {});

@@ -21,7 +21,7 @@ void keep_training(Checkpoint& checkpoint, const ParameterStore& store) {
           HostTensor(parameter.shape.extents(), std::span<const float>(store.read(parameter.name, kind))));
 }
 
-void save_training(const TrainingState& state, const std::string& stage, std::int64_t step) {
+std::filesystem::path save_training(const TrainingState& state, const std::string& stage, std::int64_t step) {
   Checkpoint checkpoint;
   checkpoint.stage = stage;
   checkpoint.step = step;
@@ -30,7 +30,7 @@ void save_training(const TrainingState& state, const std::string& stage, std::in
   checkpoint.device_class = state.device.device_class() == DeviceClass::cpu ? "cpu" : "gpu";
   checkpoint.precision = "single";
   keep_training(checkpoint, state.store);
-  state.run.save(checkpoint, state.steps_before + step, state.config.training.checkpoints_kept);
+  return state.run.save(checkpoint, state.steps_before + step, state.config.training.checkpoints_kept);
 }
 
 void restore_training(const Checkpoint& checkpoint, ParameterStore& store) {
@@ -41,23 +41,34 @@ void restore_training(const Checkpoint& checkpoint, ParameterStore& store) {
     }
 }
 
+namespace {
+
+/// After a failure: keeps the state before the step that failed, and throws.
+void check_health(const TrainingState& state, const std::string& stage, StageTrainer& trainer,
+                  Progress& progress) {
+  const std::optional<TrainingFailure> failure = trainer.failure();
+  if (!failure) return;
+  progress.end();
+  const std::filesystem::path kept = save_training(state, stage, failure->step - 1);
+  std::string op;
+  try {
+    trainer.diagnose(failure->step - 1);
+  } catch (const Error& error) {
+    op = fmt::format(": {}", error.what());
+  }
+  fail(
+      "stage {}: {}{}; {} holds the state before it: lower the rates in {}, then go on with: vivant train "
+      "--resume --run {}",
+      stage, failure->what, op, kept.string(), state.run.config().string(), state.run.path().string());
+}
+
+}  // namespace
+
 void run_stage(const TrainingState& state, const std::string& stage, StageTrainer& trainer,
                std::int64_t first, Progress& progress) {
   const auto& training = state.config.training;
   const std::int64_t steps = trainer.steps();
   progress.begin(stage, first, steps);
-  const auto check_health = [&](std::int64_t done) {
-    const std::string failure = trainer.failure();
-    if (failure.empty()) return;
-    progress.end();
-    save_training(state, stage, done);
-    try {
-      trainer.diagnose();
-    } catch (const Error& error) {
-      fail("{}: {}; the last good state is saved, go on with smaller rates", failure, error.what());
-    }
-    fail("{}; the last good state is saved, go on with smaller rates", failure);
-  };
   for (std::int64_t step = first; step < steps; ++step) {
     trainer.run(step);
     const std::int64_t done = step + 1;
@@ -66,7 +77,7 @@ void run_stage(const TrainingState& state, const std::string& stage, StageTraine
     const bool reports = due(training.report_every) || stopped, previews = due(training.preview_every),
                saves = due(training.checkpoint_every) || stopped;
     if (reports) progress.report(trainer.report(done));
-    if (reports || previews || saves) check_health(done);
+    if (reports || previews || saves) check_health(state, stage, trainer, progress);
     if (previews) trainer.preview(state.run.previews(), fmt::format("{}-{:06}", stage, done));
     if (saves) save_training(state, stage, done);
     if (stopped && !last) {

@@ -15,6 +15,8 @@ constexpr int measured_patches = 16, picture_side = 320, least_side = 64;
 constexpr std::int64_t warm_up = 10, reconstruct_every = 3;
 constexpr std::size_t shown_styles = 4;
 
+bool reconstructs(std::int64_t step) { return step % reconstruct_every == reconstruct_every - 1; }
+
 /// How VGG's layers vary over patches of the capture's pictures.
 ChannelScales capture_scales(Device& device, const Config& config, const Vgg19& vgg,
                              const std::vector<FeatureView>& views, const std::vector<cv::Mat>& truths,
@@ -83,7 +85,9 @@ void StyleTrainer::State::record() {
                               model.content_norm().value(graph), whole, target,
                               capture_scales(device, config, vgg, views, truths, side));
   total = losses.total({.global = config.style.global_weight, .local = config.style.local_weight});
-  optimizer = optimise(device, graph, model.store(), total, adam_on(config, stylizer));
+  Optimizer::Options options = adam_on(config, stylizer);
+  options.stops_with = &reconstruction.optimizer();
+  optimizer = optimise(device, graph, model.store(), total, options);
   executor = std::make_unique<Executor>(
       device, graph, Values{total, losses.global, losses.local, losses.content, losses.colours});
 }
@@ -101,7 +105,7 @@ void StyleTrainer::run(std::int64_t step) {
   };
   std::vector<double> rates(group_count, 0.0);
   rates[group_style] = scheduled_rate(config_.style.rate, step, steps(), warm_up, config_.style.rate_decay);
-  if (step % reconstruct_every == reconstruct_every - 1) {
+  if (reconstructs(step)) {
     const std::size_t view = choose(s.truths.size());
     s.reconstruction.run(s.views[view], s.truths[view], random_patch(random, s.views[view], s.side), step + 1,
                          rates);
@@ -127,13 +131,12 @@ StepReport StyleTrainer::report(std::int64_t step) {
                    {"colours", read(s.losses.colours)}}};
 }
 
-std::string StyleTrainer::failure() {
-  const std::string style = state_->optimizer->failure(*state_->executor);
-  return style.empty() ? state_->reconstruction.failure() : style;
+std::optional<TrainingFailure> StyleTrainer::failure() {
+  return state_->optimizer->failure(*state_->executor);  // of either kind of step
 }
-void StyleTrainer::diagnose() {
-  state_->executor->run_checked();
-  state_->reconstruction.executor().run_checked();
+void StyleTrainer::diagnose(std::int64_t step) {
+  run(step);
+  (reconstructs(step) ? state_->reconstruction.executor() : *state_->executor).run_checked();
 }
 const Executor& StyleTrainer::executor() const { return *state_->executor; }
 

@@ -45,7 +45,7 @@ class InversionStep {
   void run(std::int64_t step, std::int64_t optimizer_step, double rate);
   /// Waits. The mean squared error of the last step.
   double error();
-  std::string failure() { return optimizer_->failure(*executor_); }
+  std::optional<TrainingFailure> failure() { return optimizer_->failure(*executor_); }
 
  private:
   StylizerTraining& training_;
@@ -62,7 +62,7 @@ class StyleStep {
   void run(std::int64_t step, std::int64_t optimizer_step, double rate);
   /// Waits. Global, first layer, local, content, colours, gamut.
   std::array<double, 6> losses();
-  std::string failure() { return optimizer_->failure(*executor_); }
+  std::optional<TrainingFailure> failure() { return optimizer_->failure(*executor_); }
 
  private:
   StylizerTraining& training_;

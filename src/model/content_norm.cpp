@@ -21,10 +21,10 @@ ContentStatistics RunningContentNorm::value(Graph& graph) const {
   return {{at(0), at(1)}, {at(2), at(3)}};
 }
 
-void RunningContentNorm::update(const ContentStatistics& batch) const {
+void RunningContentNorm::update(const ContentStatistics& batch, Value stop) const {
   const ContentStatistics running = value(*batch.features.mean.graph);
-  update_running_statistics(running.features, batch.features, momentum);
-  update_running_statistics(running.luma, batch.luma, momentum);
+  update_running_statistics(running.features, batch.features, momentum, stop);
+  update_running_statistics(running.luma, batch.luma, momentum, stop);
 }
 
 ContentNorm RunningContentNorm::read() const {

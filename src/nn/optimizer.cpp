@@ -14,8 +14,12 @@ Optimizer::Optimizer(Device& device, Graph& graph, ParameterStore& store,
   const std::vector<std::uint8_t> table = store.group_table(options.trained);
   group_buffer_ = std::make_shared<Buffer>(device.allocate(table.size()));
   device.write(*group_buffer_, table.data(), table.size());
-  status_buffer_ = std::make_shared<Buffer>(device.allocate(3 * sizeof(std::int32_t)));
-  device.fill(*status_buffer_, 0);
+  if (options.stops_with) {
+    status_buffer_ = options.stops_with->status_buffer_;
+  } else {
+    status_buffer_ = std::make_shared<Buffer>(device.allocate(3 * sizeof(std::int32_t)));
+    device.fill(*status_buffer_, 0);
+  }
   step_ = graph.scalar("step", DType::i32);
   rates_ = graph.input("learning rates", {options.groups});
   status_ = graph.external("status", {DType::i32, {3}}, {status_buffer_, 0});
@@ -38,15 +42,18 @@ void Optimizer::set_step(Executor& executor, std::int64_t step, const std::vecto
   executor.set(rates_, rates);
 }
 
-std::string Optimizer::failure(Executor& executor) {
+std::optional<TrainingFailure> Optimizer::failure(Executor& executor) {
   const std::vector<std::int32_t> status = executor.read_ints(status_);
-  if (status[0] == 0) return {};
-  if (status[0] == 3) return fmt::format("an overflow at step {}", status[1]);
-  if (status[0] == 2) return fmt::format("the loss is not finite at step {}", status[1]);
+  if (status[0] == 0) return std::nullopt;
+  const auto failed = [&](const std::string& what) {
+    return TrainingFailure{status[1], fmt::format("{} at step {}", what, status[1])};
+  };
+  if (status[0] == 3) return failed("an overflow");
+  if (status[0] == 2) return failed("the loss is not finite");
   for (const ParameterStore::Parameter& parameter : store_.parameters())
     if (status[2] >= parameter.offset && status[2] < parameter.offset + parameter.shape.elements())
-      return fmt::format("the gradient of {} is not finite at step {}", parameter.name, status[1]);
-  return fmt::format("a gradient is not finite at step {}", status[1]);
+      return failed(fmt::format("the gradient of {} is not finite", parameter.name));
+  return failed("a gradient is not finite");
 }
 
 std::optional<std::int64_t> Optimizer::overflowed_step(Executor& executor) {

@@ -2,7 +2,6 @@
 
 #include "ops/partials.hpp"
 #include "ops/rows.hpp"
-#include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/registry.hpp"
 
 namespace vivant {
@@ -119,6 +118,27 @@ struct Standardise final : Op {
   const bool own_statistics;
 };
 
+/// Inputs: running, batch, stop or absent.
+struct UpdateRunning final : Op {
+  explicit UpdateRunning(double momentum) : momentum(momentum) {}
+  std::string_view name() const override { return "update_running_statistics"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    if (in[0].shape.elements() != in[1].shape.elements())
+      fail("[update_running_statistics] statistics {} do not fit running ones {}", in[1].shape.text(),
+           in[0].shape.text());
+    if (in[2].shape.rank() > 0 && in[2].dtype != DType::i32)
+      fail("[update_running_statistics] stop must be i32, it is {}", name_of(in[2].dtype));
+    return {};
+  }
+  void launch(Launch& launch) const override {
+    const std::int64_t channels = launch.in(0).elements();
+    launch.kernel(file, "update_running")
+        .args(launch.in(0), launch.in(1), launch.in(2), channels, momentum)
+        .run({static_cast<std::size_t>(channels), 1, 1}, {64, 1, 1});
+  }
+  const double momentum;
+};
+
 const RegisterOp register_statistics({
     .name = "channel_statistics",
     .summary = "mean and standard deviation of every channel over all rows",
@@ -160,12 +180,10 @@ Value mean_variance_norm(Value x, const ChannelStatistics& given) {
 }
 
 void update_running_statistics(const ChannelStatistics& running, const ChannelStatistics& batch,
-                               double momentum) {
-  const auto update = [&](Value old, Value fresh) {
-    old.graph->assign(old, add(affine(old, 1 - momentum), affine(fresh, momentum)));
-  };
-  update(running.mean, batch.mean);
-  update(running.deviation, batch.deviation);
+                               double momentum, Value stop) {
+  const auto update = std::make_shared<UpdateRunning>(momentum);
+  running.mean.graph->record(update, {running.mean, batch.mean, stop}, true);
+  running.mean.graph->record(update, {running.deviation, batch.deviation, stop}, true);
 }
 
 }  // namespace vivant

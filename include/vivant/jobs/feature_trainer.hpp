@@ -20,8 +20,8 @@ class FeatureTrainer final : public StageTrainer {
   std::int64_t steps() const override { return config_.features.steps; }
   void run(std::int64_t step) override;
   StepReport report(std::int64_t step) override;
-  std::string failure() override;
-  void diagnose() override;
+  std::optional<TrainingFailure> failure() override;
+  void diagnose(std::int64_t step) override;
   const Executor& executor() const override;
   /// Truth, rendered colours, and the decoder's picture of a training view.
   void preview(const std::filesystem::path& folder, const std::string& stem) override;

@@ -22,8 +22,8 @@ class HumanTrainer final : public StageTrainer {
   std::int64_t steps() const override { return config_.human.steps; }
   void run(std::int64_t step) override;
   StepReport report(std::int64_t step) override;
-  std::string failure() override;
-  void diagnose() override { latest().executor().run_checked(); }
+  std::optional<TrainingFailure> failure() override;
+  void diagnose(std::int64_t step) override;
   void preview(const std::filesystem::path& folder, const std::string& stem) override;
 
   /// The terms of the loss of the last step, unweighted, by name.
@@ -48,7 +48,7 @@ class HumanTrainer final : public StageTrainer {
   CanonicalPoints points_;
   std::int64_t most_samples_ = 0, capacity_ = 0, last_step_ = -1, repeated_steps_ = 0;
   std::unique_ptr<HumanStep> usual_, larger_;  // larger_: only while the last step is one that was repeated
-  std::string failure_;
+  std::optional<TrainingFailure> failure_;
 };
 
 }  // namespace vivant

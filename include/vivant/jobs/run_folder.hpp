@@ -38,8 +38,8 @@ class RunFolder {
   std::filesystem::path styles() const { return path_ / "styles"; }
 
   /// Writes a checkpoint under the number of steps done in the whole run, all stages together, and deletes
-  /// all but the last `kept`.
-  void save(const Checkpoint& checkpoint, std::int64_t number, std::int64_t kept) const;
+  /// all but the last `kept`. Returns its path.
+  std::filesystem::path save(const Checkpoint& checkpoint, std::int64_t number, std::int64_t kept) const;
   /// The checkpoints' files, oldest first.
   std::vector<std::filesystem::path> checkpoints() const;
 

@@ -19,8 +19,8 @@ class SceneTrainer final : public StageTrainer {
   std::int64_t steps() const override { return config_.scene.steps; }
   void run(std::int64_t step) override;
   StepReport report(std::int64_t step) override;
-  std::string failure() override;
-  void diagnose() override { phase().executor->run_checked(); }
+  std::optional<TrainingFailure> failure() override;
+  void diagnose(std::int64_t step) override;
   void preview(const std::filesystem::path& folder, const std::string& stem) override;
   const Executor& executor() const override { return *phase_->executor; }
 

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "vivant/graph/executor.hpp"
@@ -9,7 +10,7 @@
 #include "vivant/jobs/config.hpp"
 #include "vivant/jobs/progress.hpp"
 #include "vivant/jobs/run_folder.hpp"
-#include "vivant/nn/parameters.hpp"
+#include "vivant/nn/optimizer.hpp"
 
 namespace vivant {
 
@@ -23,12 +24,12 @@ class StageTrainer {
   virtual void run(std::int64_t step) = 0;
   /// Waits, and says what the last step gave.
   virtual StepReport report(std::int64_t step) = 0;
-  /// What went wrong since the start, empty when nothing did. After a failure the parameters stay those of
-  /// the last good step. Asked before the parameters are read: steps that must be repeated are, here.
-  virtual std::string failure() = 0;
-  /// Runs the last step again op by op and throws an Error that names the first op that gave no finite
-  /// number.
-  virtual void diagnose() = 0;
+  /// What went wrong since the start. After a failure all that is trained stays as it was before the step
+  /// that failed. Asked before the parameters are read: steps that must be repeated are, here.
+  virtual std::optional<TrainingFailure> failure() = 0;
+  /// Runs step `step` (from 0), which failed, again op by op and throws an Error that names the first op that
+  /// gave no finite number.
+  virtual void diagnose(std::int64_t step) = 0;
   /// The graph of the last step, for plans and drawings.
   virtual const Executor& executor() const = 0;
   /// Writes a picture of the state, with the given stem, into `folder`.
@@ -44,14 +45,16 @@ struct TrainingState {
   std::int64_t steps_before = 0;  ///< of the stages before this one: checkpoints are numbered over all stages
 };
 
-void save_training(const TrainingState& state, const std::string& stage, std::int64_t step);
+/// Saves the state after `step` steps of `stage`; returns the checkpoint's path.
+std::filesystem::path save_training(const TrainingState& state, const std::string& stage, std::int64_t step);
 /// Puts all parameters and their moments into a checkpoint.
 void keep_training(Checkpoint& checkpoint, const ParameterStore& store);
 /// Puts parameters and moments of a checkpoint back.
 void restore_training(const Checkpoint& checkpoint, ParameterStore& store);
 
 /// Runs a stage from step `first` to its end: reports, previews, checkpoints. Ctrl-C saves and throws
-/// Interrupted; a number that is not finite saves the last good state and throws Error naming the op.
+/// Interrupted; a loss or gradient that is not finite saves the state before its step, under the number of
+/// that state, and throws Error naming the op and the checkpoint.
 void run_stage(const TrainingState& state, const std::string& stage, StageTrainer& trainer,
                std::int64_t first, Progress& progress);
 

@@ -21,8 +21,8 @@ class StyleTrainer final : public StageTrainer {
   std::int64_t steps() const override { return config_.style.steps; }
   void run(std::int64_t step) override;
   StepReport report(std::int64_t step) override;
-  std::string failure() override;
-  void diagnose() override;
+  std::optional<TrainingFailure> failure() override;
+  void diagnose(std::int64_t step) override;
   const Executor& executor() const override;
   /// A training view in some of the styles.
   void preview(const std::filesystem::path& folder, const std::string& stem) override;

@@ -15,8 +15,8 @@ class RunningContentNorm {
 
   ContentStatistics value(Graph& graph) const;
   /// Moves them towards the statistics of a batch when the graph runs: content = phi(F_c) [h, w, 256],
-  /// luma [h, w, 1].
-  void update(const ContentStatistics& batch) const;
+  /// luma [h, w, 1]. `stop`: i32, see update_running_statistics.
+  void update(const ContentStatistics& batch, Value stop) const;
 
   ContentNorm read() const;
   void write(const ContentNorm& norm) const;

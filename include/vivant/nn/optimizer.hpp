@@ -10,6 +10,12 @@
 
 namespace vivant {
 
+/// Why a training cannot go on.
+struct TrainingFailure {
+  std::int64_t step = 0;  ///< 1 first: the parameters are those after the step before it
+  std::string what;       ///< which quantity was not finite at which step
+};
+
 /// Adam over some of a store's parameters, as the last nodes of a training graph. The gradients of all
 /// trained parameters go into the store's gradient buffer, and one launch updates everything.
 class Optimizer {
@@ -19,6 +25,7 @@ class Optimizer {
     int groups = 1;                    ///< learning rates
     AdamOptions adam = {};
     Value overflow = {};  ///< i32 [1] or absent: when not 0, this step and the later ones update nothing
+    const Optimizer* stops_with = nullptr;  ///< when one of the two fails, neither updates anything any more
   };
   /// `names[i]` has the gradient `gradients[i]`; together they must be all trained parameters.
   Optimizer(Device& device, Graph& graph, ParameterStore& store, const std::vector<std::string>& names,
@@ -27,9 +34,11 @@ class Optimizer {
   /// Sets what one step needs: its number, 1 first, and the learning rate of each group.
   void set_step(Executor& executor, std::int64_t step, const std::vector<double>& rates);
 
-  /// What went wrong since the start: empty, or which quantity was not finite at which step. Waits for the
-  /// device.
-  std::string failure(Executor& executor);
+  /// What went wrong since the start. Waits for the device.
+  std::optional<TrainingFailure> failure(Executor& executor);
+  /// i32 [3]: its first element is not 0 once this step or an earlier one has failed; for other state that
+  /// is updated with the parameters.
+  Value status() const { return status_; }
   /// The step (1 first) that overflowed, since which nothing is updated; none when all went well. Waits.
   std::optional<std::int64_t> overflowed_step(Executor& executor);
   /// Lets updates go on.

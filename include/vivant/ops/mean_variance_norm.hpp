@@ -18,8 +18,8 @@ Value mean_variance_norm(Value x);
 Value mean_variance_norm(Value x, const ChannelStatistics& given);
 
 /// running += momentum * (batch - running), for mean and deviation, when the graph runs. `running` holds
-/// inputs or external values.
+/// inputs or external values. `stop`: i32 or absent; nothing is updated when its first element is not 0.
 void update_running_statistics(const ChannelStatistics& running, const ChannelStatistics& batch,
-                               double momentum);
+                               double momentum, Value stop = {});
 
 }  // namespace vivant
