@@ -12,14 +12,18 @@ TEST_CASE("running statistics move towards those of each batch") {
   const ChannelStatistics running{graph.input("mean", {2}), graph.input("deviation", {2})};
   const Value x = graph.input("x", {3, 2});
   const ChannelStatistics batch = channel_statistics(x);
-  update_running_statistics(running, batch, 0.25);
+  const Value stop = graph.scalar("stop", DType::i32);
+  update_running_statistics(running, batch, 0.25, stop);
   Executor executor(device, graph, {batch.mean, batch.deviation});
   const std::vector<float> data = {1, 10, 2, 30, 3, 50}, zeros = {0, 0}, ones = {1, 1};
   executor.write(x, std::span<const float>(data));
   executor.write(running.mean, std::span<const float>(zeros));
   executor.write(running.deviation, std::span<const float>(ones));
+  executor.set(stop, 0);
   executor.run();
   executor.run();
+  executor.set(stop, 3);
+  executor.run();  // changes nothing
   const double towards = 1 - 0.75 * 0.75;
   CHECK(executor.read(running.mean)[0] == doctest::Approx(2 * towards));
   CHECK(executor.read(running.mean)[1] == doctest::Approx(30 * towards));
