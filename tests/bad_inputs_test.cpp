@@ -103,6 +103,27 @@ TEST_CASE("bad inputs: a mask of another size, and a NaN in a pose") {
   capture.check({capture.file("poses.safetensors"), "the pose of frame 0, joint 3", "is not finite"});
 }
 
+TEST_CASE("bad inputs: a style that is not an image") {
+  const TemporaryFolder folder;
+  const std::filesystem::path run = folder / "run", styles = folder / "styles";
+  const std::string picture = styles / "painting.png", train = "train " + tiny_capture().string() + " --run ";
+  write_file(picture, "not a picture\n");
+  const std::vector<std::string> parts = {picture, "not an image that can be read (PNG and JPEG work)"};
+  check_refused(train + run.string() + " --styles " + styles.string() + joined(tiny_settings(1, 1)), 1,
+                parts);
+  CHECK_FALSE(std::filesystem::exists(run));
+
+  const Finished trained = run_vivant(train + run.string() + joined(tiny_settings(1, 1)));
+  REQUIRE_MESSAGE(trained.exit_code == 0, trained.err);
+  for (const std::string name : {"film.mp4", "frames"}) {
+    const std::filesystem::path output = folder / name;
+    const std::string render = "render " + run.string() + " -o " + output.string() + " --style ";
+    check_refused(render + picture, 1, parts);
+    check_refused(render + picture + "s", 1, {picture + "s", "does not exist"});
+    CHECK_FALSE(std::filesystem::exists(output));
+  }
+}
+
 TEST_CASE("bad inputs: unknown settings are wrong usage") {
   const TemporaryFolder folder;
   const std::string train = "train " + tiny_capture().string() + " --run " + (folder / "run").string();

@@ -1,8 +1,4 @@
 // Training that is interrupted in any way and resumed ends with the same bits as training that is not.
-#include <fcntl.h>
-#include <signal.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -17,56 +13,15 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// `vivant train` in the background; killed when the test ends before it.
-class Training {
- public:
-  Training(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
-    std::vector<std::string> words = {VIVANT_PROGRAM, "train"};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> pointers;
-    for (std::string& word : words) pointers.push_back(word.data());
-    pointers.push_back(nullptr);
-    child_ = fork();
-    if (child_ == 0) {
-      const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-      dup2(file, STDOUT_FILENO);
-      dup2(file, STDERR_FILENO);
-      execv(VIVANT_PROGRAM, pointers.data());
-      _exit(127);
-    }
-  }
-  Training(const Training&) = delete;
-  Training& operator=(const Training&) = delete;
-  ~Training() { finish(SIGKILL); }
-
-  bool runs() {
-    if (child_ > 0 && waitpid(child_, &status_, WNOHANG) == child_) child_ = 0;
-    return child_ > 0;
-  }
-  /// Sends a signal (0: none) and waits for the end: the exit code, or 128 + the signal that ended it.
-  int finish(int signal = 0) {
-    if (child_ > 0) {
-      if (signal != 0) kill(child_, signal);
-      waitpid(child_, &status_, 0);
-      child_ = 0;
-    }
-    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
-  }
-
- private:
-  pid_t child_ = -1;
-  int status_ = 0;
-};
-
 /// The arguments of a new run, and of one that goes on.
 std::vector<std::string> fresh(const std::filesystem::path& run) {
-  std::vector<std::string> arguments = {tiny_capture().string(), "--run", run.string()};
+  std::vector<std::string> arguments = {"train", tiny_capture().string(), "--run", run.string()};
   const std::vector<std::string> settings = tiny_settings(60, 7);
   arguments.insert(arguments.end(), settings.begin(), settings.end());
   return arguments;
 }
 std::vector<std::string> resumed(const std::filesystem::path& run) {
-  return {"--resume", "--run", run.string()};
+  return {"train", "--resume", "--run", run.string()};
 }
 
 /// The rows of a run's metrics: stage, step and loss.
@@ -84,7 +39,8 @@ std::vector<std::string> metrics(const std::filesystem::path& run) {
 }
 
 /// Waits until the training has reported a step of `stage` at least as high as `step`.
-void wait_for(Training& training, const std::filesystem::path& run, const std::string& stage, int step) {
+void wait_for(BackgroundVivant& training, const std::filesystem::path& run, const std::string& stage,
+              int step) {
   while (training.runs()) {
     for (const std::string& row : metrics(run)) {
       std::istringstream words(row);
@@ -120,34 +76,35 @@ TEST_CASE("resume: Ctrl-C in both stages and kill -9 at any moment leave no trac
   const TemporaryFolder folder;
   const std::filesystem::path log = folder / "log", whole = folder / "whole", stopped = folder / "stopped",
                               moved = folder / "moved", killed = folder / "killed";
-  REQUIRE(Training(fresh(whole), log).finish() == 0);
+  REQUIRE(BackgroundVivant(fresh(whole), log).finish() == 0);
 
   const auto begin = std::chrono::steady_clock::now();
   {
-    Training training(fresh(stopped), log);
+    BackgroundVivant training(fresh(stopped), log);
     wait_for(training, stopped, "scene", 3);
     CHECK(training.finish(SIGINT) == 130);
     CHECK(contains(read_whole_file(log), "go on with: vivant train --resume --run " + stopped.string()));
   }
   std::filesystem::rename(stopped, moved);
   {
-    Training training(resumed(moved), log);
+    BackgroundVivant training(resumed(moved), log);
     wait_for(training, moved, "human", 3);
     CHECK(training.finish(SIGINT) == 130);
   }
-  CHECK(Training(resumed(moved), log).finish() == 0);
+  CHECK(BackgroundVivant(resumed(moved), log).finish() == 0);
   const std::chrono::duration<double> duration = std::chrono::steady_clock::now() - begin;
   check_same(whole, moved);
 
   std::random_device random;
   for (int life = 0; life < 3; ++life) {
     const auto moment = duration * std::uniform_real_distribution<double>(0, 0.7)(random);
-    Training training(std::filesystem::exists(killed / "config.toml") ? resumed(killed) : fresh(killed), log);
+    BackgroundVivant training(
+        std::filesystem::exists(killed / "config.toml") ? resumed(killed) : fresh(killed), log);
     std::this_thread::sleep_for(moment);
     const int code = training.finish(SIGKILL);
     INFO("killed after ", moment.count(), " s: ", read_whole_file(log));
     CHECK((code == 0 || code == 128 + SIGKILL));
   }
-  CHECK(Training(resumed(killed), log).finish() == 0);
+  CHECK(BackgroundVivant(resumed(killed), log).finish() == 0);
   check_same(whole, killed);
 }

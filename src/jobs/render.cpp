@@ -15,6 +15,7 @@ void render(Device& device, const RenderOptions& options, Progress& progress) {
   if (!options.scene.empty()) other.emplace(open_run(device, options.scene, progress));
   const OpenRun& scene = other ? *other : run;
   const Film film = plan_film(run, scene, options.film);
+  if (!options.style.empty()) inspect_image(options.style);  // before there is any output
   std::unique_ptr<VideoWriter> video;
   if (options.output.extension() == ".mp4")
     video = std::make_unique<VideoWriter>(options.output, film_size(film), film.fps);

@@ -1,0 +1,85 @@
+// The program from a capture and paintings to stylised pictures, with as little training as there can be.
+#include <opencv2/imgcodecs.hpp>
+
+#include "tiny_training.hpp"
+
+using namespace vivant;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Stripes of two colours over noise.
+void paint(const fs::path& file, const cv::Scalar& a, const cv::Scalar& b) {
+  cv::Mat picture(96, 96, CV_8UC3);
+  for (int y = 0; y < picture.rows; ++y) picture.row(y).setTo(y / 8 % 2 == 0 ? a : b);
+  cv::Mat noise(picture.size(), CV_8UC3);
+  cv::theRNG().state = 1;
+  cv::randu(noise, 0, 60);
+  fs::create_directories(file.parent_path());
+  REQUIRE(cv::imwrite(file, picture + noise));
+}
+
+std::vector<cv::Mat> pictures_in(const fs::path& folder) {
+  std::vector<cv::String> names;
+  cv::glob((folder / "*.png").string(), names);
+  std::vector<cv::Mat> pictures;
+  for (const cv::String& name : names) pictures.push_back(cv::imread(name));
+  return pictures;
+}
+
+/// The mean difference of two pictures, of 255.
+double difference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * 3);
+}
+
+/// Of the pixels: how far their channels lie apart, and how they vary over the picture.
+void check_lively(const cv::Mat& picture) {
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(picture, mean, deviation);
+  for (int c = 0; c < 3; ++c) CHECK(deviation[c] > 5);
+  std::vector<cv::Mat> channels;
+  cv::split(picture, channels);
+  CHECK(cv::norm(channels[0], channels[2], cv::NORM_L1) / static_cast<double>(picture.total()) > 5);
+}
+
+}  // namespace
+
+TEST_CASE("styled render: pictures in the colours of each style, unlike the reconstruction") {
+  const TemporaryFolder folder;
+  const std::string run = folder / "run", red = folder / "styles/red.png", blue = folder / "blue.png";
+  paint(red, {20, 20, 190}, {20, 110, 190});
+  paint(blue, {190, 20, 20}, {110, 110, 20});
+  std::string train =
+      "train " + tiny_capture().string() + " --run " + run + " --styles " + (folder / "styles").string();
+  for (const std::string& argument : tiny_settings(20, 20)) train += " " + argument;
+  for (const std::string setting :
+       {"features.steps=2", "features.views=2", "style.steps=1", "style.crop=64", "style.novel_views=0"})
+    train += " --set " + setting;
+  const Finished trained = run_vivant(train);
+  REQUIRE_MESSAGE(trained.exit_code == 0, trained.err);
+
+  const auto render = [&](const std::string& name, const std::string& options) {
+    const Finished rendered =
+        run_vivant("render " + run + " --views test -o " + (folder / name).string() + options);
+    REQUIRE_MESSAGE(rendered.exit_code == 0, rendered.err);
+    return pictures_in(folder / name);
+  };
+  const std::vector<cv::Mat> plain = render("plain", ""), in_red = render("in_red", " --style " + red),
+                             in_blue = render("in_blue", " --style " + blue),
+                             large = render("large", " --size 64x48 --style " + red);
+  for (const std::vector<cv::Mat>* pictures : {&plain, &in_red, &in_blue, &large})
+    REQUIRE(pictures->size() == 2);
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    CHECK(plain[i].size() == cv::Size(48, 32));
+    CHECK(large[i].size() == cv::Size(64, 48));
+    REQUIRE(in_red[i].size() == plain[i].size());
+    REQUIRE(in_blue[i].size() == plain[i].size());
+    for (const cv::Mat& picture : {in_red[i], in_blue[i], large[i]}) check_lively(picture);
+    CHECK(difference(in_red[i], plain[i]) > 10);
+    CHECK(difference(in_blue[i], plain[i]) > 10);
+    CHECK(difference(in_red[i], in_blue[i]) > 10);
+    const cv::Scalar red_mean = cv::mean(in_red[i]), blue_mean = cv::mean(in_blue[i]);
+    CHECK(red_mean[2] - red_mean[0] > blue_mean[2] - blue_mean[0] + 20);
+  }
+  CHECK(difference(in_red[0], in_red[1]) > 1);
+}
