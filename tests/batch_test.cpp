@@ -106,6 +106,7 @@ TEST_CASE("batch: frames are made once, kept, and gone on from; a failure stops 
   const TemporaryFolder folder;
   Device device;
   make_tiny_run(device, folder / "walk", true);
+  write_image(folder / "style.png", cv::Mat(64, 64, CV_8UC3, cv::Scalar(200, 100, 50)));
   const std::string text =
       "run = \"walk/run\"\n"
       "name = \"walk\"\n"
@@ -118,10 +119,10 @@ TEST_CASE("batch: frames are made once, kept, and gone on from; a failure stops 
       "motion = \"walk/capture/truth/novel_poses/poses.safetensors\"\n"
       "layers = \"human\"\n"
       "frames = \"0:3\"\n"
-      "style = [\"none\", \"missing.jpg\"]\n";
+      "style = [\"none\", \"missing.jpg\", \"style.png\"]\n";
   const fs::path films = folder / "films/walk";
   std::vector<BatchResult> results = make(device, jobs_of(folder, text));
-  REQUIRE(results.size() == 5);
+  REQUIRE(results.size() == 6);
   CHECK(contains(results[0].error, "nowhere"));
   for (const std::size_t good : {1, 2, 3}) {
     CAPTURE(results[good].error);
@@ -136,9 +137,10 @@ TEST_CASE("batch: frames are made once, kept, and gone on from; a failure stops 
   CHECK(results[2].frames == 7);
   CHECK(results[3].frames == 3);
   CHECK(contains(results[4].error, "missing.jpg"));
+  CHECK(contains(results[5].error, "has learned no features"));
   CHECK(read_image_with_alpha(films / "first-poses/0002.png").type() == CV_8UC4);
   const std::string table = batch_table(results);
-  CHECK(std::count(table.begin(), table.end(), '\n') == 6);
+  CHECK(std::count(table.begin(), table.end(), '\n') == 7);
   CHECK(contains(table, "failed: "));
 
   // A second call makes what is missing alone, and the same bits.

@@ -149,7 +149,10 @@ void make_films(Device& device, OpenRuns& runs, const BatchJob& job, std::span<B
   for (std::size_t i = 0; i < job.films.size(); ++i)
     results[i].error = failure_of([&] {
       results[i].frames = count;
-      if (!job.films[i].style.empty()) inspect_image(job.films[i].style);
+      if (!job.films[i].style.empty()) {
+        inspect_image(job.films[i].style);
+        check_can_stylise(scene);
+      }
       films.push_back({&job.films[i],
                        FilmFolder(job.films[i].folder, settings_of(job, job.films[i], run, scene)),
                        &results[i]});

@@ -21,12 +21,16 @@ struct FilmStylizer::State {
   std::vector<std::unique_ptr<FrameStylizer>> styles;
 };
 
-FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& film, FilmRenderer& renderer,
-                           const std::vector<std::filesystem::path>& styles)
-    : state_(new State{Vgg19(device), {}}) {
+void check_can_stylise(const OpenRun& scene) {
   if (!scene.has_features)
     fail("{} has learned no features yet, which styles need: go on with vivant train --resume --run {}",
          scene.folder.path().string(), scene.folder.path().string());
+}
+
+FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& film, FilmRenderer& renderer,
+                           const std::vector<std::filesystem::path>& styles)
+    : state_(new State{Vgg19(device), {}}) {
+  check_can_stylise(scene);
   std::vector<cv::Mat> paintings;
   for (const std::filesystem::path& style : styles) paintings.push_back(read_image(style));
   const cv::Size size = film_size(film);

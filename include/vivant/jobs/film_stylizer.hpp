@@ -7,6 +7,9 @@
 
 namespace vivant {
 
+/// Throws Error for a run that has learned no features yet, which styles need.
+void check_can_stylise(const OpenRun& scene);
+
 /// Paints the frames of a film in one style or several.
 class FilmStylizer {
  public:
