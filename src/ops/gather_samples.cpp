@@ -1,5 +1,6 @@
 #include "ops/scan.hpp"
 #include "vivant/ops/human_samples.hpp"
+#include "vivant/ops/registry.hpp"
 
 namespace vivant {
 namespace {
@@ -63,6 +64,40 @@ struct GatherSamples final : Op {
   const double step;
   const std::int64_t samples_per_ray, capacity;
 };
+
+const RegisterOp register_gather_samples({
+    .name = "gather_samples",
+    .summary = "the traced samples of some rays as rows of tensors",
+    .inputs = {{"records", "[M, 8]", DType::i32},
+               {"offsets", "[R + 1, 1]", DType::i32},
+               {"frames", "[R, 1]", DType::i32, true},
+               {.name = "roots", .shape = "[R, 6]", .optional = true},
+               {"rays", "[B]", DType::i32},
+               {.name = "jitter", .shape = "[B, 1]", .optional = true}},
+    .outputs = {{"points", "[N, 3]"},
+                {"directions", "[N, 3]"},
+                {"signed_distance", "[N, 1]"},
+                {"face", "[N, 1]", DType::i32},
+                {"barycentric", "[N, 3]"},
+                {"frame", "[N, 1]", DType::i32},
+                {"ids", "[N, 1]", DType::i32},
+                {"depths", "[B, S]"},
+                {"deltas", "[B, S]"},
+                {"overflow", "[1]", DType::i32},
+                {.name = "root", .shape = "[N, 3]", .optional = true}},
+    .attributes = {{"step", 0.0075, "metres between samples"},
+                   {"samples_per_ray", 192, "the most of one ray, S"},
+                   {"capacity", 0, "rows, N; 0: B * S"}},
+    .build = [](Graph& graph, const Values& in, const Attributes& a) -> Values {
+      const HumanSamples s = gather_samples({in[0], in[1], in[2], in[3]}, in[4], in[5], a.number("step"),
+                                            a.integer("samples_per_ray"), a.integer("capacity"));
+      const Value ids = graph.with_count(graph.reshape(s.ids, {s.ids.elements(), 1}), s.points.count());
+      Values out = {s.points, s.directions, s.signed_distance, s.face,   s.barycentric,
+                    s.frame,  ids,          s.depths,          s.deltas, s.overflow};
+      if (s.root) out.push_back(s.root);
+      return out;
+    },
+});
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #include "vivant/graph/launch.hpp"
 #include "vivant/ops/closest_point.hpp"
+#include "vivant/ops/registry.hpp"
 
 namespace vivant {
 namespace {
@@ -59,6 +60,22 @@ struct MeshRefit final : Op {
   }
   Values gradient(const GradientRequest&) const override { return Values(5); }
 };
+
+const RegisterOp register_mesh_refit({
+    .name = "mesh_refit",
+    .summary = "the bounds of a mesh's hierarchy and its normals in a new pose",
+    .inputs = {{"vertices", "[V, 3]"},
+               {"triangles", "[F, 3]", DType::i32},
+               {"leaf_triangles", "[L, 16]", DType::i32},
+               {"corner_offsets", "[V + 1, 1]", DType::i32},
+               {"corners", "[3 F, 1]", DType::i32}},
+    .outputs = {{"leaves", "[L, 13, 16]"}, {"bounds", "[nodes, 6, 16]"}, {"normals", "[V, 3]"}},
+    .attributes = {},
+    .build = [](Graph&, const Values& in, const Attributes&) -> Values {
+      const PosedMesh mesh = refit_mesh(in[0], {in[1], in[2], {}, in[3], in[4]});
+      return {mesh.leaves, mesh.bounds, mesh.normals};
+    },
+});
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #include "ops/tiles.hpp"
 #include "vivant/ops/linear.hpp"
+#include "vivant/ops/registry.hpp"
 
 namespace vivant {
 namespace {
@@ -32,6 +33,19 @@ struct PackWeights final : Op {
   const bool transposed;
   const std::int64_t panel;
 };
+
+const RegisterOp register_pack_weights({
+    .name = "pack_weights",
+    .summary = "weights in panels of columns, the layout that the matrix kernels read",
+    .inputs = {{"w", "[taps..., K, N]"}},
+    .outputs = {{"packed", "[panels, taps * K, panel columns]"}},
+    .attributes = {{"transposed", false,
+                    "the weights of the data gradient: K and N change places, taps reverse"},
+                   {"panel", 0, "columns of a panel; 0: chosen by the number of columns"}},
+    .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
+      return {pack_weights(in[0], a.flag("transposed"), a.integer("panel"))};
+    },
+});
 
 std::string memo_name(bool transposed, std::int64_t panel) {
   return fmt::format("packed {} {}", transposed ? "transposed" : "", panel);

@@ -89,18 +89,5 @@ const Register registration(OpCase{
         },
 });
 
-const Register register_rows(OpCase{
-    .op = "normalise_rows",
-    .variations = {{{5, 2}}, {{33, 37}}, {{20, 16}}},
-    .inputs = [](const Variation& v, Random& random) -> std::vector<HostTensor> {
-      return {random.tensor({v.sizes[0], v.sizes[1]}, 0.5, 2)};
-    },
-    .reference = [](const Variation& v, const std::vector<HostTensor>& in) -> std::vector<HostTensor> {
-      return {{.shape = in[0].shape, .data = unit_rows(in[0].data, v.sizes[1])}};
-    },
-    .benchmark = {{4096, 256}},
-    .bytes = [](const Variation& v) { return 8.0 * static_cast<double>(v.sizes[0] * v.sizes[1]); },
-});
-
 }  // namespace
 }  // namespace vivant::cases

@@ -58,6 +58,24 @@ const Register register_sum(reduction_case("sum", {{{1, 1, -1}}, {{333, 7, -1}},
                                                         [](std::int64_t, std::int64_t) { return 0; })};
                                            }));
 
+// Every run has rows / groups rows; its gradient repeats them.
+const Register register_sum_groups(OpCase{
+    .op = "sum_groups",
+    .variations = {{{1, 1, -1}, {{"groups", 1}}},
+                   {{91, 19, -1}, {{"groups", 13}}},
+                   {{34, 16, -1}, {{"groups", 17}}},
+                   {{5, 3, -1}, {{"groups", 5}}}},
+    .inputs = inputs,
+    .reference = [](const Variation& v, const std::vector<HostTensor>& in) -> std::vector<HostTensor> {
+      const std::int64_t groups = v.attributes.at("groups"), run = v.sizes[0] / groups, channels = v.sizes[1];
+      return {add_up(v, in[0], {groups, channels}, groups * channels,
+                     [=](std::int64_t r, std::int64_t c) { return r / run * channels + c; })};
+    },
+    .benchmark = {{196608, 128, -1}, {{"groups", 2048}}},
+    .flops = [](const Variation& v) { return static_cast<double>(v.sizes[0] * v.sizes[1]); },
+    .bytes = [](const Variation& v) { return 4.0 * static_cast<double>(v.sizes[0] * v.sizes[1]); },
+});
+
 const Register register_mean(
     reduction_case("mean", {{{333, 7, -1}}}, [](const Variation& v, const std::vector<HostTensor>& in) {
       HostTensor y = add_up(v, in[0], {1}, 1, [](std::int64_t, std::int64_t) { return 0; });

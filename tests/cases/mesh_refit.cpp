@@ -1,0 +1,140 @@
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "cases/op_case.hpp"
+#include "vivant/ops/closest_point.hpp"
+
+namespace vivant::cases {
+namespace {
+
+using Eigen::Vector3d;
+constexpr std::int64_t width = MeshTopology::width;
+
+HostTensor tensor(DType dtype, Shape shape) {
+  HostTensor result;
+  result.dtype = dtype;
+  result.shape = std::move(shape);
+  result.differentiable = false;
+  return result;
+}
+
+HostTensor ints(const std::vector<std::int32_t>& data, std::int64_t columns) {
+  HostTensor result = tensor(DType::i32, {static_cast<std::int64_t>(data.size()) / columns, columns});
+  result.data.assign(data.begin(), data.end());
+  return result;
+}
+
+// sizes: quads along and around a torus with waves; 16 leaves or 256 leave no child of a node missing (a
+// missing one's box is +-1e18, beside which the tolerance sees no other)
+std::vector<HostTensor> inputs(const Variation& v, Random& random) {
+  const int along = static_cast<int>(v.sizes[0]), around = static_cast<int>(v.sizes[1]);
+  std::vector<Vector3d> vertices;
+  std::vector<Eigen::Vector3i> triangles;
+  for (int i = 0; i < along; ++i)
+    for (int k = 0; k < around; ++k) {
+      const double a = 2 * std::numbers::pi * i / along, b = 2 * std::numbers::pi * k / around;
+      const double radius = 0.4 + 0.1 * std::sin(3 * a + b) + random.uniform(0, 0.02);
+      vertices.emplace_back((1 + radius * std::cos(b)) * std::cos(a),
+                            (1 + radius * std::cos(b)) * std::sin(a), radius * std::sin(b));
+      const auto at = [&](int row, int column) { return row % along * around + column % around; };
+      triangles.emplace_back(at(i, k), at(i + 1, k), at(i + 1, k + 1));
+      triangles.emplace_back(at(i, k), at(i + 1, k + 1), at(i, k + 1));
+    }
+  const MeshTopology topology = mesh_topology(vertices, triangles);
+  HostTensor posed = tensor(DType::real, {topology.vertex_count, 3});
+  for (const Vector3d& x : vertices)
+    posed.data.insert(posed.data.end(), {1.3 * x.x(), x.y() + 0.2 * x.x(), x.z()});
+  return {posed, ints(topology.triangles, 3), ints(topology.leaf_triangles, width),
+          ints(topology.corner_offsets, 1), ints(topology.corners, 1)};
+}
+
+Vector3d vertex(const HostTensor& vertices, double index) {
+  return Vector3d(vertices.data.data() + 3 * static_cast<std::int64_t>(index));
+}
+
+/// Writes a box of each child into rows of [nodes, 6, 16], then those of the nodes above, up to a single
+/// root.
+void write_bounds(std::vector<Eigen::AlignedBox3d> boxes, HostTensor& bounds) {
+  std::int64_t node = 0;
+  do {
+    std::vector<Eigen::AlignedBox3d> parents;
+    for (std::size_t first = 0; first < boxes.size(); first += width, ++node) {
+      parents.emplace_back();
+      bounds.data.resize((node + 1) * 6 * width);
+      for (std::int64_t lane = 0; lane < width; ++lane) {
+        const bool missing = first + lane >= boxes.size();
+        if (!missing) parents.back().extend(boxes[first + lane]);
+        for (int row = 0; row < 6; ++row) {
+          const double limit = row < 3 ? 1e18 : -1e18;
+          bounds.data[(node * 6 + row) * width + lane] = missing   ? limit
+                                                         : row < 3 ? boxes[first + lane].min()[row]
+                                                                   : boxes[first + lane].max()[row - 3];
+        }
+      }
+    }
+    boxes = parents;
+  } while (boxes.size() > 1);
+  bounds.shape = {node, 6, width};
+}
+
+HostTensor normals_of(const HostTensor& vertices, const HostTensor& triangles) {
+  std::vector<Vector3d> sums(vertices.data.size() / 3, Vector3d::Zero());
+  for (std::size_t t = 0; t < triangles.data.size(); t += 3)
+    for (int k = 0; k < 3; ++k) {
+      const double here = triangles.data[t + k];
+      const Vector3d next = vertex(vertices, triangles.data[t + (k + 1) % 3]) - vertex(vertices, here),
+                     before = vertex(vertices, triangles.data[t + (k + 2) % 3]) - vertex(vertices, here);
+      const double angle = std::acos(next.normalized().dot(before.normalized()));
+      sums[static_cast<std::size_t>(here)] += angle * next.cross(before).normalized();
+    }
+  HostTensor normals = tensor(DType::real, vertices.shape);
+  for (const Vector3d& sum : sums) {
+    const Vector3d normal = sum.normalized();
+    normals.data.insert(normals.data.end(), {normal.x(), normal.y(), normal.z()});
+  }
+  return normals;
+}
+
+std::vector<HostTensor> reference(const Variation&, const std::vector<HostTensor>& in) {
+  const std::int64_t count = in[2].shape[0];
+  HostTensor leaves = tensor(DType::real, {count, 13, width}), bounds = tensor(DType::real, {});
+  leaves.data.resize(count * 13 * width);
+  std::vector<Eigen::AlignedBox3d> boxes(count);
+  for (std::int64_t leaf = 0; leaf < count; ++leaf)
+    for (std::int64_t lane = 0; lane < width; ++lane) {
+      const double* corners =
+          in[1].data.data() + 3 * static_cast<std::int64_t>(in[2].data[leaf * width + lane]);
+      const Vector3d a = vertex(in[0], corners[0]), b = vertex(in[0], corners[1]),
+                     c = vertex(in[0], corners[2]);
+      const Vector3d ab = b - a, ac = c - a;
+      const double rows[13] = {a.x(),
+                               a.y(),
+                               a.z(),
+                               ab.x(),
+                               ab.y(),
+                               ab.z(),
+                               ac.x(),
+                               ac.y(),
+                               ac.z(),
+                               1 / ab.squaredNorm(),
+                               1 / ac.squaredNorm(),
+                               1 / (c - b).squaredNorm(),
+                               1 / ab.cross(ac).squaredNorm()};
+      for (int row = 0; row < 13; ++row) leaves.data[(leaf * 13 + row) * width + lane] = rows[row];
+      for (const Vector3d& corner : {a, b, c}) boxes[leaf].extend(corner);
+    }
+  write_bounds(boxes, bounds);
+  return {leaves, bounds, normals_of(in[0], in[1])};
+}
+
+const Register register_mesh_refit(OpCase{
+    .op = "mesh_refit",
+    .variations = {{{3, 3}}, {{16, 8}}, {{19, 11}}, {{64, 32}}},
+    .inputs = inputs,
+    .reference = reference,
+    .benchmark = {{128, 64}},
+    .bytes = [](const Variation& v) { return 4.0 * 2 * 13 * static_cast<double>(v.sizes[0] * v.sizes[1]); },
+});
+
+}  // namespace
+}  // namespace vivant::cases
