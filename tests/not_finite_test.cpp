@@ -130,8 +130,7 @@ std::int64_t check_stop(const std::string& stage, const Spoil& spoil) {
 }  // namespace
 
 TEST_CASE("not finite: the scene's and the person's training stop at the step before, bit for bit") {
-  CHECK(check_stop("scene", [](Config& config) { config.scene.unet_rate = config.scene.head_rate = 1e30; }) >
-        0);
+  CHECK(check_stop("scene", [](Config& config) { config.scene.head_rate = 1e30; }) > 0);
   CHECK(check_stop("human", [](Config& config) { config.human.unet_rate = config.human.head_rate = 1e30; }) >
         0);
 }

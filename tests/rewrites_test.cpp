@@ -4,10 +4,14 @@
 
 #include "graph_helpers.hpp"
 #include "io_helpers.hpp"
+#include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/scene_trainer.hpp"
+#include "vivant/jobs/synth.hpp"
 #include "vivant/model/baked_planes.hpp"
-#include "vivant/model/scene_model.hpp"
 #include "vivant/ops/elementwise.hpp"
+#include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
+#include "vivant/ops/random.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
@@ -72,6 +76,66 @@ double relative_error(const std::vector<float>& a, const std::vector<float>& b) 
 
 double largest(const std::vector<float>& numbers) {
   return *std::max_element(numbers.begin(), numbers.end());
+}
+
+/// The mean loss over the ray batches of the scene's first training step, on the planes given.
+Value mean_loss(Graph& graph, Value planes, const Config& config, const Capture& capture,
+                const DeviceCapture& data, const SceneModel& scene) {
+  const auto number = [&](std::int64_t x) {
+    return graph.constant({1}, std::vector<std::int32_t>{static_cast<std::int32_t>(x)});
+  };
+  const Value seed = number(config.training.seed), step = number(0);
+  const std::vector<std::int32_t> background =
+      background_pixels(capture, data.frames(), config.scene.mask_dilation);
+  const Value pixels = graph.constant({static_cast<std::int64_t>(background.size())}, background);
+  const int batches = static_cast<int>(config.scene.batches_per_step);
+  Value total;
+  for (int batch = 0; batch < batches; ++batch) {
+    const RandomKey pixels_key{seed, step, 2 * batch}, jitter_key{seed, step, 2 * batch + 1};
+    const Value ids = pick(pixels, config.scene.rays, pixels_key);
+    const Rays rays = ray_generation(data.cameras(graph), ids, data.width(), data.height());
+    const RenderedRays rendered = scene.render(graph, scene.sample(graph, planes, rays, &jitter_key));
+    const Value loss = l2_loss(scene.field().colour(graph, rendered.hidden, rendered.alpha),
+                               image_gather(data.images(graph), ids));
+    total = total ? add(total, loss) : loss;
+  }
+  return affine(total, 1.0 / batches);
+}
+
+/// The first moments after one step are the gradients, times 1 - beta1.
+void check_first_step(const Capture& capture, const std::string& planes) {
+  CAPTURE(planes);
+  const Config config =
+      load_config("demo", std::nullopt,
+                  {"scene.planes=" + planes, "scene.plane_size=16", "scene.unet_widths=[16, 16]",
+                   "scene.rays=64", "scene.samples=16", "scene.batches_per_step=3"});
+  Device& device = test_device();
+  CaptureModel model(device, config, capture);
+  const DeviceCapture data(device, capture, capture.training_frames());
+  ParameterStore& store = model.store();
+  Graph graph;
+  std::vector<std::string> names;
+  Values parameters;
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    if (parameter.name.starts_with("scene.") && !parameter.name.starts_with("scene.feature")) {
+      names.push_back(parameter.name);
+      parameters.push_back(store.value(graph, parameter.name));
+    }
+  const Value loss =
+      mean_loss(graph, model.scene().field().planes(graph), config, capture, data, model.scene());
+  const Values gradients = differentiate(graph, loss, parameters);
+  Run plain(graph, gradients);
+  std::vector<std::vector<float>> expected;
+  for (const Value& gradient : gradients) expected.push_back(plain.read(gradient));  // before the step
+
+  SceneTrainer trainer(device, config, capture, data, store, model.scene());
+  trainer.run(0);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    CAPTURE(names[i]);
+    std::vector<float> moments = store.read(names[i], ParameterStore::Kind::first_moment);
+    for (float& moment : moments) moment /= static_cast<float>(1 - config.training.adam_beta1);
+    CHECK(relative_error(moments, expected[i]) < 1e-4);
+  }
 }
 
 }  // namespace
@@ -174,4 +238,12 @@ TEST_CASE("rewrites: gradients gathered on the planes over ray batches are those
   Run run(graph, outputs);
   for (std::size_t i = 0; i < unets.size(); ++i)
     CHECK(relative_error(run.read(quick[i]), run.read(plain[i])) < 1e-5);
+}
+
+TEST_CASE(
+    "rewrites: a training step of the scene takes the gradients of the mean loss over its ray batches") {
+  const TemporaryFolder folder;
+  synthesise({.output = folder.path(), .frames = 9, .width = 48, .height = 32, .motion = {}});
+  const Capture capture = load_capture(folder.path());
+  for (const char* planes : {"full", "vanilla"}) check_first_step(capture, planes);
 }
