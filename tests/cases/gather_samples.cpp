@@ -121,7 +121,9 @@ const Register register_gather_samples(OpCase{
     .reference = reference,
     .benchmark = {{65536, 48, 16384, 1, 1}, {{"step", 0.0075}, {"samples_per_ray", 48}}},
     .bytes =
-        [](const Variation& v) { return 4.0 * (8 + 16) * static_cast<double>(v.sizes[2] * v.sizes[1] / 2); },
+        [](const Variation& v) {
+          return 4.0 * (8 + 16) * 0.5 * static_cast<double>(v.sizes[2] * v.sizes[1]);
+        },
 });
 
 }  // namespace
