@@ -41,6 +41,7 @@ class BackgroundVivant {
     std::vector<std::string> words = {VIVANT_PROGRAM};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
+    pointers.reserve(words.size() + 1);
     for (std::string& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
     child_ = fork();

@@ -23,6 +23,7 @@ std::vector<cv::Mat> pictures_in(const fs::path& folder) {
   std::vector<cv::String> names;
   cv::glob((folder / "*.png").string(), names);
   std::vector<cv::Mat> pictures;
+  pictures.reserve(names.size());
   for (const cv::String& name : names) pictures.push_back(cv::imread(name));
   return pictures;
 }
