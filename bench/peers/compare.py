@@ -1,0 +1,206 @@
+"""Runs every workload in our program and in the others in turn and prints one table. See scripts/compare-peers."""
+
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from protocol import read_tensors
+from work import workloads
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent.parent
+THREADS = 2
+IN_BF16 = ("torch", "torch (rewritten)", "oneDNN")
+PEER_MODE = {"fp32": "fp32", "bf16x3": "fp32", "bf16": "bf16"}  # bf16x3 has the accuracy of fp32
+SAME_WORK = {"fp32": 5e-3, "bf16": 0.1}  # largest error of a peer that computes the same
+TURN_SECONDS, PAUSE_SECONDS = 0.05, 0.02  # waiting threads of a peer spin for a while: others wait for them
+
+
+class Program:
+    """A process that answers the commands of protocol.py."""
+
+    def __init__(self, command):
+        environment = {
+            **os.environ, "OMP_NUM_THREADS": str(THREADS), "OPENBLAS_NUM_THREADS": str(THREADS),
+            "POCL_MAX_PTHREAD_COUNT": str(THREADS), "JAX_PLATFORMS": "cpu", "TF_CPP_MIN_LOG_LEVEL": "3",
+        }
+        self.process = subprocess.Popen(
+            command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def ask(self, command):
+        self.process.stdin.write(command + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline().strip()
+        if not answer or answer.startswith("error"):
+            raise RuntimeError(answer or "the program ended")
+        return answer
+
+    def load(self, request):
+        self.ask("load " + json.dumps(request))
+
+    def run(self, times):
+        return [float(word) for word in self.ask(f"run {times}").split()[1:]]
+
+    def results(self, folder):
+        path = Path(folder) / "results.safetensors"
+        self.ask(f"results {path}")
+        tensors = read_tensors(path)
+        path.unlink()
+        return tensors
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def command_of(peer):
+    library, _, form = peer.partition(" ")
+    arguments = [form.strip("()")] if form else []
+    if library in ("torch", "jax"):
+        return [sys.executable, str(HERE / f"peer_{library}.py"), *arguments]
+    return [str(ROOT / "build/bench" / f"peer_{library.lower()}"), *arguments]
+
+
+def label_of(peer):
+    library, space, form = peer.partition(" ")
+    return f"{library} {version(library)}{space}{form}" if library in ("torch", "jax") else peer
+
+
+def error_of(found, truth):
+    """The largest relative rms error of an output; all gradients together count as one."""
+    difference, size = {}, {}
+    for name, right in truth.items():
+        kind = "gradient" if name.startswith("gradient of") else name
+        difference[kind] = difference.get(kind, 0) + float(np.sum((found[name] - right) ** 2))
+        size[kind] = size.get(kind, 0) + float(np.sum(right**2))
+    return max(math.sqrt(difference[kind] / max(size[kind], 1e-30)) for kind in size)
+
+
+def reference(request, folder):
+    """What torch computes in fp64."""
+    program = Program(command_of("torch"))
+    program.load({**request, "mode": "fp64"})
+    program.run(1)
+    truth = program.results(folder)
+    program.close()
+    return truth
+
+
+def spread(times):
+    """Half of the middle half, relative to the median."""
+    low, _, high = statistics.quantiles(times, n=4)
+    return (high - low) / 2 / statistics.median(times)
+
+
+def measure(programs, rounds):
+    """Seconds of every program, which take turns."""
+    times = {name: [] for name in programs}
+    first = {name: min(program.run(2)) for name, program in programs.items()}
+    names = list(programs)
+    if max(first.values()) > 3:
+        rounds = min(rounds, 3)
+    for turn in range(rounds):
+        for name in names[turn % len(names):] + names[: turn % len(names)]:
+            count = min(100, max(1, math.ceil(TURN_SECONDS / first[name])))
+            time.sleep(PAUSE_SECONDS)
+            times[name].append(statistics.median(programs[name].run(count)))
+    return times
+
+
+def compare(work, mode, ours, folder, rounds):
+    """Rows of the table for one workload in one of our modes."""
+    request = {**work.request, "mode": mode, "inputs": f"{folder}/inputs.safetensors",
+               "vgg": str(ROOT / "assets/vgg19.safetensors")}
+    ours.load(request)
+    ours.ask(f"inputs {request['inputs']}")
+    truth = reference(request, folder)
+    programs, errors = {"ours": ours}, {}
+    for peer in work.peers:
+        if PEER_MODE[mode] == "bf16" and peer not in IN_BF16:
+            continue
+        programs[peer] = Program(command_of(peer))
+        try:
+            programs[peer].load({**request, "mode": PEER_MODE[mode]})
+        except RuntimeError as error:
+            print(f"{peer} left out of {work.name}: {error}", file=sys.stderr)
+            programs.pop(peer).close()
+    for name, program in list(programs.items()):
+        try:
+            program.run(1)
+            errors[name] = error_of(program.results(folder), truth)
+        except RuntimeError as error:
+            print(f"{name} left out of {work.name}: {error}", file=sys.stderr)
+            programs.pop(name).close()
+            continue
+        if name != "ours" and errors[name] > SAME_WORK[PEER_MODE[mode]]:
+            print(f"{name} computes something else in {work.name}: error {errors[name]:.1e}", file=sys.stderr)
+    if "ours" not in programs:
+        raise SystemExit(f"our program failed in {work.name}")
+    del truth
+    times = measure(programs, rounds)
+    for name, program in programs.items():
+        if name != "ours":
+            program.close()
+    return [
+        {
+            "workload": work.name, "mode": mode, "ours_s": statistics.median(times["ours"]), "peer": label_of(name),
+            "peer_s": statistics.median(times[name]), "error": errors["ours"], "ours_spread": spread(times["ours"]),
+            "peer_spread": spread(times[name]), "peer_error": errors[name],
+        }
+        for name in programs if name != "ours"
+    ]
+
+
+HEADER = ["workload", "mode", "ours ms", "+-", "peer", "peer ms", "+-", "peer / ours", "error", "peer's error"]
+
+
+def line_of(row):
+    cells = [
+        row["workload"], row["mode"], f"{1e3 * row['ours_s']:.2f}", f"{row['ours_spread']:.0%}", row["peer"],
+        f"{1e3 * row['peer_s']:.2f}", f"{row['peer_spread']:.0%}", f"{row['peer_s'] / row['ours_s']:.2f}",
+        f"{row['error']:.1e}", f"{row['peer_error']:.1e}",
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/compare-peers", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few repetitions, small workloads alone")
+    parser.add_argument("--only", help="groups of workloads, such as W1,W3: " +
+                        ", ".join(dict.fromkeys(work.group for work in workloads())))
+    parser.add_argument("--json", metavar="FILE", help="also write the rows to a file")
+    options = parser.parse_args()
+    chosen = [work for work in workloads() if work.quick or not options.quick]
+    if options.only:
+        groups = options.only.split(",")
+        known = {work.group for work in workloads()}
+        if set(groups) - known:
+            parser.error(f"unknown workload: {', '.join(set(groups) - known)}; known are {', '.join(sorted(known))}")
+        chosen = [work for work in workloads() if work.group in groups]
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:THREADS])
+    rows = []
+    print("| " + " | ".join(HEADER) + " |\n|" + "---|" * len(HEADER))
+    ours = Program([str(ROOT / "build/bench/workloads")])
+    with tempfile.TemporaryDirectory() as folder:
+        for work in chosen:
+            for mode in ours.ask("modes").split()[1:]:
+                for row in compare(work, mode, ours, folder, 3 if options.quick else 9):
+                    rows.append(row)
+                    print(line_of(row), flush=True)
+    ours.close()
+    if options.json:
+        Path(options.json).write_text(json.dumps({"rows": rows}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""The workloads of scripts/compare-peers with their sizes, and who takes part in them."""
+
+TORCH, JAX, ONEDNN, OPENBLAS = "torch", "jax", "oneDNN", "OpenBLAS"
+FRAMEWORKS = [TORCH, JAX]
+REWRITTEN = [f"{peer} (rewritten)" for peer in FRAMEWORKS]
+
+
+class Work:
+    def __init__(self, group, name, workload, peers, quick=True, **sizes):
+        self.group, self.name, self.peers, self.quick = group, name, peers, quick
+        self.request = {"workload": workload, **sizes}
+
+
+def convolutions():
+    for channels_in, channels_out, height, width in [(64, 64, 128, 128), (32, 32, 256, 256), (256, 128, 270, 480)]:
+        for part in ("forward", "data gradient", "weight gradient"):
+            name = f"conv {channels_in}->{channels_out} at {height}x{width}, {part}"
+            peers = [ONEDNN, "oneDNN (Winograd)", *FRAMEWORKS]
+            if part == "weight gradient" or channels_in != channels_out:
+                peers.remove("oneDNN (Winograd)")
+            yield Work("conv", name, "convolution", peers, quick=height < 270, part=part, height=height, width=width,
+                       **{"in": channels_in, "out": channels_out})
+
+
+def workloads():
+    yield from convolutions()
+    for part in ("forward", "backward"):
+        yield Work("gemm", f"GEMM 1024^3, {part}", "product", [ONEDNN, OPENBLAS, *FRAMEWORKS], part=part, rows=1024,
+                   **{"in": 1024, "out": 1024})
+    for part in ("forward", "forward and backward"):
+        yield Work("mlp", f"MLP 48-128-128-32, 196608 rows, {part}", "perceptron", [ONEDNN, *FRAMEWORKS], part=part,
+                   rows=196608, widths=[48, 128, 128, 32])
+    for part in ("gather", "scatter"):
+        yield Work("triplane", f"tri-plane {part}, 524288 points x 32", "triplane", FRAMEWORKS, part=part, size=256,
+                   channels=32, rays=4096, samples=128)
+    for part in ("forward", "backward"):
+        yield Work("rendering", f"volume rendering 16384 x 128 x 32, {part}", "volume rendering", FRAMEWORKS,
+                   part=part, rays=16384, samples=128, channels=32)
+    for part in ("forward", "forward and gradient"):
+        yield Work("W4", f"W4 VGG-19 to relu4_1 at 256x256, {part}", "vgg", FRAMEWORKS, part=part, side=256)
+    yield Work("W1s", "W1s scene step, 128x128 planes, 1024 rays", "scene step", FRAMEWORKS + REWRITTEN, planes=128,
+               rays=1024, samples=128)
+    yield Work("W1", "W1 scene step, 256x256 planes, 4096 rays", "scene step", FRAMEWORKS + REWRITTEN, quick=False,
+               planes=256, rays=4096, samples=128)
+    for side in (64, 192):
+        yield Work("W5", f"W5 style step, {side}x{side}", "style step", FRAMEWORKS, quick=side == 64, side=side,
+                   tokens=4096)
+    yield Work("W3", "W3 stylise a 480x270 map", "stylise", FRAMEWORKS, quick=False, height=270, width=480,
+               tokens=4096)
+    for name, threshold, peers in [
+        ("every sample", 0, FRAMEWORKS + REWRITTEN),
+        ("with skipping", 1e-4, [TORCH, "torch (rewritten)"]),
+    ]:
+        yield Work("W2", f"W2 frame 480x270, {name}", "frame", peers, quick=False, planes=256, height=270, width=480,
+                   samples=128, threshold=threshold)

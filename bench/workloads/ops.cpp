@@ -1,0 +1,113 @@
+// The workloads of single ops.
+#include "rays.hpp"
+#include "vivant/ops/conv2d.hpp"
+#include "vivant/ops/linear.hpp"
+#include "vivant/ops/triplane.hpp"
+#include "vivant/ops/volume_render.hpp"
+#include "workload.hpp"
+
+namespace vivant::bench {
+namespace {
+
+/// 3x3, zero padding; `part`: forward, data gradient or weight gradient.
+struct Convolution final : Workload {
+  Convolution(Device& device, const Sizes& sizes) : Workload(device) {
+    const std::int64_t height = sizes.at("height"), width = sizes.at("width"), in = sizes.at("in"),
+                       out = sizes.at("out");
+    const std::string part = sizes.at("part");
+    const Value x = input("x", {height, width, in}), w = input("w", {3, 3, in, out}),
+                g = input("g", {height, width, out});
+    const Value y = conv2d(x, w);
+    prepare({{"y", part == "forward"
+                       ? y
+                       : differentiate(graph_, {y}, {g}, {part == "data gradient" ? x : w}).front()}});
+  }
+};
+
+/// x . w; `part`: forward or backward, both gradients.
+struct Product final : Workload {
+  Product(Device& device, const Sizes& sizes) : Workload(device) {
+    const std::int64_t rows = sizes.at("rows"), in = sizes.at("in"), out = sizes.at("out");
+    const Value x = input("x", {rows, in}), w = input("w", {in, out}), g = input("g", {rows, out});
+    const Value y = linear(x, w);
+    if (sizes.at("part") == "forward") {
+      prepare({{"y", y}});
+    } else {
+      const Values gradients = differentiate(graph_, {y}, {g}, {x, w});
+      prepare({{"gradient of x", gradients[0]}, {"gradient of w", gradients[1]}});
+    }
+  }
+};
+
+/// Layers of the given widths, ReLU between; `part`: forward, or forward and backward to everything.
+struct Perceptron final : Workload {
+  Perceptron(Device& device, const Sizes& sizes) : Workload(device) {
+    const std::vector<std::int64_t> widths = sizes.at("widths");
+    const std::int64_t rows = sizes.at("rows");
+    Value y = input("x", {rows, widths[0]});
+    Values wrt = {y};
+    std::vector<std::string> names = {"x"};
+    for (std::size_t i = 0; i + 1 < widths.size(); ++i) {
+      const double bound = std::sqrt(6.0 / static_cast<double>(widths[i]));
+      const std::string w_name = fmt::format("w{}", i), b_name = fmt::format("b{}", i);
+      const Value w = input(w_name, {widths[i], widths[i + 1]}, Range{-bound, bound}),
+                  b = input(b_name, {widths[i + 1]}, Range{-0.1, 0.1});
+      y = linear(y, w, b, i + 2 < widths.size() ? Activation::relu : Activation::none);
+      wrt.insert(wrt.end(), {w, b});
+      names.insert(names.end(), {w_name, b_name});
+    }
+    std::map<std::string, Value> outputs = {{"y", y}};
+    if (sizes.at("part") != "forward") {
+      const Values gradients = differentiate(graph_, {y}, {input("g", {rows, widths.back()})}, wrt);
+      for (std::size_t i = 0; i < wrt.size(); ++i) outputs["gradient of " + names[i]] = gradients[i];
+    }
+    prepare(outputs);
+  }
+};
+
+/// Points along rays in three planes; `part`: gather, or scatter: the planes' gradient alone.
+struct Triplane final : Workload {
+  Triplane(Device& device, const Sizes& sizes) : Workload(device) {
+    const std::int64_t size = sizes.at("size"), channels = sizes.at("channels"), rays = sizes.at("rays"),
+                       samples = sizes.at("samples");
+    const Value planes = input("planes", {3, size, size, channels}, {0.5, 1.5}),
+                points = given("points", {rays * samples, 3}, ray_points(rays, samples));
+    const Value y = triplane_sample(planes, points);
+    const Value g = input("g", y.shape());
+    prepare({{"y", sizes.at("part") == "gather" ? y : differentiate(graph_, {y}, {g}, {planes}).front()}});
+  }
+};
+
+/// Weights and rendered features; `part`: forward or backward to densities and features.
+struct VolumeRendering final : Workload {
+  VolumeRendering(Device& device, const Sizes& sizes) : Workload(device) {
+    const std::int64_t rays = sizes.at("rays"), samples = sizes.at("samples"),
+                       channels = sizes.at("channels");
+    const Value density = input("density", {rays, samples}, {0, 10}),
+                feature = input("feature", {rays * samples, channels});
+    std::vector<float> steps(rays * samples, 2.0f / static_cast<float>(samples)), depth(rays * samples);
+    for (std::int64_t i = 0; i < rays * samples; ++i) depth[i] = static_cast<float>(i % samples) * steps[i];
+    const Value delta = given("delta", {rays, samples}, steps),
+                depths = given("depths", {rays, samples}, depth);
+    const Rendered rendered = volume_render(density, delta, depths, feature);
+    if (sizes.at("part") == "forward") {
+      prepare({{"feature", rendered.feature}, {"alpha", rendered.alpha}, {"depth", rendered.depth}});
+    } else {
+      const Value g = input("g", rendered.feature.shape());
+      const Values gradients = differentiate(graph_, {rendered.feature}, {g}, {density, feature});
+      prepare({{"gradient of density", gradients[0]}, {"gradient of feature", gradients[1]}});
+    }
+  }
+};
+
+}  // namespace
+
+WorkloadTable op_workloads() {
+  return {{"convolution", make<Convolution>},
+          {"product", make<Product>},
+          {"perceptron", make<Perceptron>},
+          {"triplane", make<Triplane>},
+          {"volume rendering", make<VolumeRendering>}};
+}
+
+}  // namespace vivant::bench
