@@ -23,6 +23,7 @@ THREADS = 2
 IN_BF16 = ("torch", "torch (rewritten)", "oneDNN")
 PEER_MODE = {"fp32": "fp32", "bf16x3": "fp32", "bf16": "bf16"}  # bf16x3 has the accuracy of fp32
 SAME_WORK = {"fp32": 5e-3, "bf16": 0.1}  # largest error of a peer that computes the same
+SLOW_SECONDS = 3  # for one run: then three runs are enough
 TURN_SECONDS, PAUSE_SECONDS = 0.05, 0.02  # waiting threads of a peer spin for a while: others wait for them
 
 
@@ -104,12 +105,11 @@ def spread(times):
 
 def measure(programs, rounds):
     """Seconds of every program, which take turns."""
-    times = {name: [] for name in programs}
-    first = {name: min(program.run(2)) for name, program in programs.items()}
+    first = {name: program.run(1)[0] for name, program in programs.items()}
+    slow = max(first.values()) > SLOW_SECONDS
+    times = {name: [seconds] if slow else [] for name, seconds in first.items()}
     names = list(programs)
-    if max(first.values()) > 3:
-        rounds = min(rounds, 3)
-    for turn in range(rounds):
+    for turn in range(2 if slow else rounds):
         for name in names[turn % len(names):] + names[: turn % len(names)]:
             count = min(100, max(1, math.ceil(TURN_SECONDS / first[name])))
             time.sleep(PAUSE_SECONDS)

@@ -85,33 +85,35 @@ void convolution(Sequence& work, const nlohmann::json& request) {
   const std::string part = request.at("part");
   const memory::dims x_dims = {1, in, height, width}, y_dims = {1, out, height, width},
                      w_dims = {out, in, 3, 3}, one = {1, 1};
-  const memory::desc x = work.plain(x_dims, Tag::nhwc), y = work.plain(y_dims, Tag::nhwc),
-                     w = work.any(w_dims);
+  // Winograd knows layouts of its own alone: it may have them.
+  const bool direct = convolution_algorithm == algorithm::convolution_direct;
+  const memory::desc x_any = direct ? work.plain(x_dims, Tag::nhwc) : work.any(x_dims),
+                     y_any = direct ? work.plain(y_dims, Tag::nhwc) : work.any(y_dims), w = work.any(w_dims);
   const dnnl::convolution_forward::primitive_desc forward(
-      {prop_kind::forward_training, convolution_algorithm, x, w, y, one, one, one}, work.engine());
+      {prop_kind::forward_training, convolution_algorithm, x_any, w, y_any, one, one, one}, work.engine());
   if (part == "forward") {
-    const memory result = work.empty(y);
+    const memory result = work.empty(forward.dst_desc());
     work.add(dnnl::convolution_forward(forward),
-             {{DNNL_ARG_SRC, work.input("x", x_dims, Tag::nhwc, x)},
+             {{DNNL_ARG_SRC, work.input("x", x_dims, Tag::nhwc, forward.src_desc())},
               {DNNL_ARG_WEIGHTS, work.input("w", w_dims, Tag::hwio, forward.weights_desc())},
               {DNNL_ARG_DST, result}});
     work.result("y", result, y_dims, Tag::nhwc, {height, width, out});
   } else if (part == "data gradient") {
     const dnnl::convolution_backward_data::primitive_desc backward(
-        {convolution_algorithm, x, w, y, one, one, one}, work.engine(), forward);
-    const memory result = work.empty(x);
+        {convolution_algorithm, x_any, w, y_any, one, one, one}, work.engine(), forward);
+    const memory result = work.empty(backward.diff_src_desc());
     work.add(dnnl::convolution_backward_data(backward),
-             {{DNNL_ARG_DIFF_DST, work.input("g", y_dims, Tag::nhwc, y)},
+             {{DNNL_ARG_DIFF_DST, work.input("g", y_dims, Tag::nhwc, backward.diff_dst_desc())},
               {DNNL_ARG_WEIGHTS, work.input("w", w_dims, Tag::hwio, backward.weights_desc())},
               {DNNL_ARG_DIFF_SRC, result}});
     work.result("y", result, x_dims, Tag::nhwc, {height, width, in});
   } else {
     const dnnl::convolution_backward_weights::primitive_desc backward(
-        {convolution_algorithm, x, w, y, one, one, one}, work.engine(), forward);
+        {convolution_algorithm, x_any, w, y_any, one, one, one}, work.engine(), forward);
     const memory result = work.empty(backward.diff_weights_desc());
     work.add(dnnl::convolution_backward_weights(backward),
-             {{DNNL_ARG_SRC, work.input("x", x_dims, Tag::nhwc, x)},
-              {DNNL_ARG_DIFF_DST, work.input("g", y_dims, Tag::nhwc, y)},
+             {{DNNL_ARG_SRC, work.input("x", x_dims, Tag::nhwc, backward.src_desc())},
+              {DNNL_ARG_DIFF_DST, work.input("g", y_dims, Tag::nhwc, backward.diff_dst_desc())},
               {DNNL_ARG_DIFF_WEIGHTS, result}});
     work.result("y", result, w_dims, Tag::hwio, {3, 3, in, out});
   }

@@ -16,8 +16,6 @@ def convolutions():
         for part in ("forward", "data gradient", "weight gradient"):
             name = f"conv {channels_in}->{channels_out} at {height}x{width}, {part}"
             peers = [ONEDNN, "oneDNN (Winograd)", *FRAMEWORKS]
-            if part == "weight gradient" or channels_in != channels_out:
-                peers.remove("oneDNN (Winograd)")
             yield Work("conv", name, "convolution", peers, quick=height < 270, part=part, height=height, width=width,
                        **{"in": channels_in, "out": channels_out})
 
