@@ -17,6 +17,7 @@ FieldOptions scene_field_options(const Config& config, const SceneSpace& space) 
   options.position_frequencies = static_cast<int>(scene.position_frequencies);
   options.direction_frequencies = static_cast<int>(scene.direction_frequencies);
   options.density_activation = activation_from(scene.density);
+  options.feature_hidden = config.features.hidden == "trained";
   if (space.shell) {
     // A thin shell is a panorama: planes optimised directly and no view dependence (experiments: 25.0 dB
     // against 22.6).
@@ -39,6 +40,7 @@ HumanOptions human_options(const Config& config) {
   options.field.direction_frequencies = static_cast<int>(human.direction_frequencies);
   options.field.density_activation = activation_from(human.density);
   options.field.density_bias = 0;
+  options.field.feature_hidden = config.features.hidden == "trained";
   options.box_margin = human.box_margin;
   options.distance_prior = human.distance_prior;
   options.bone_corrections = human.bone_corrections;

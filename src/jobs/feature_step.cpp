@@ -20,6 +20,10 @@ cv::Rect person_window(const FeatureView& view) {
   return cv::boundingRect(cv::Mat(person > 0.5));
 }
 
+cv::Rect in_features(const cv::Rect& patch) {
+  return {patch.x / scale, patch.y / scale, patch.width / scale, patch.height / scale};
+}
+
 }  // namespace
 
 int patch_side(const FeatureView& view, std::int64_t wanted) {
@@ -50,7 +54,7 @@ std::vector<float> patch_of(const cv::Mat& picture, const cv::Rect& patch) {
 }
 
 std::vector<float> hidden_patch_of(const FeatureView& view, const cv::Rect& patch) {
-  return patch_of(view.hidden, {patch.x / scale, patch.y / scale, patch.width / scale, patch.height / scale});
+  return patch_of(view.hidden, in_features(patch));
 }
 
 Optimizer::Options adam_on(const Config& config, const Stylizer& stylizer) {
@@ -62,7 +66,10 @@ Optimizer::Options adam_on(const Config& config, const Stylizer& stylizer) {
 FeatureStep::FeatureStep(Device& device, const Config& config, CaptureModel& model, const Vgg19& vgg,
                          int side, bool train_heads, double weight) {
   const Stylizer& stylizer = model.stylizer();
-  hidden_ = graph_.input("hidden", {side / scale, side / scale, hidden_channels(model)});
+  const bool train_hidden = train_heads && config.features.hidden == "trained";
+  if (train_hidden) rays_.emplace(device, graph_, config, model, side / scale);
+  hidden_ = train_hidden ? rays_->hidden()
+                         : graph_.input("hidden", {side / scale, side / scale, hidden_channels(model)});
   rendered_ = graph_.input("rendered", {side, side, 3});
   truth_ = graph_.input("truth", {side, side, 3});
   const StyleFeatures goal = style_features(vgg, truth_, 4);
@@ -82,6 +89,9 @@ FeatureStep::FeatureStep(Device& device, const Config& config, CaptureModel& mod
   losses_ = {feature_loss, vgg_loss, rgb_loss, loss};
   Optimizer::Options options = adam_on(config, stylizer);
   if (train_heads) options.trained.insert(options.trained.end(), {"scene.feature.", "human.feature."});
+  if (train_hidden)
+    options.trained.insert(options.trained.end(), {"scene.feature_hidden.", "scene.feature_direction.",
+                                                   "human.feature_hidden.", "human.feature_direction."});
   optimizer_ = optimise(device, graph_, model.store(), loss, options);
   if (train_heads)
     model.content_norm().update(stylizer.statistics(content, stylizer.feature_luma(luma)),
@@ -91,7 +101,10 @@ FeatureStep::FeatureStep(Device& device, const Config& config, CaptureModel& mod
 
 void FeatureStep::run(const FeatureView& view, const cv::Mat& truth, const cv::Rect& patch,
                       std::int64_t optimizer_step, const std::vector<double>& rates) {
-  executor_->write(hidden_, hidden_patch_of(view, patch));
+  if (rays_)
+    rays_->write(*executor_, view, in_features(patch));
+  else
+    executor_->write(hidden_, hidden_patch_of(view, patch));
   executor_->write(rendered_, patch_of(view.rgb, patch));
   executor_->write(truth_, patch_of(truth, patch));
   optimizer_->set_step(*executor_, optimizer_step, rates);

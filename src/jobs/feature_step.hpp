@@ -1,7 +1,7 @@
 #pragma once
 #include <memory>
 
-#include "jobs/feature_views.hpp"
+#include "jobs/patch_rays.hpp"
 #include "jobs/training_pictures.hpp"
 #include "vivant/graph/executor.hpp"
 #include "vivant/model/style_losses.hpp"
@@ -24,8 +24,8 @@ Optimizer::Options adam_on(const Config& config, const Stylizer& stylizer);
 /// that psi and the decoder make of them, to the true picture.
 class FeatureStep {
  public:
-  /// Trains the feature heads when `train_heads` is set, psi and the decoder always. `weight`: of the whole
-  /// loss.
+  /// Trains the feature heads when `train_heads` is set, and with features.hidden = trained the features'
+  /// hidden layers; psi and the decoder always. `weight`: of the whole loss.
   FeatureStep(Device& device, const Config& config, CaptureModel& model, const Vgg19& vgg, int side,
               bool train_heads, double weight);
   void run(const FeatureView& view, const cv::Mat& truth, const cv::Rect& patch, std::int64_t optimizer_step,
@@ -41,6 +41,7 @@ class FeatureStep {
 
  private:
   Graph graph_;
+  std::optional<PatchRays> rays_;  // when hidden layers are trained
   Value hidden_, rendered_, truth_;
   Values losses_;
   std::unique_ptr<Optimizer> optimizer_;

@@ -50,6 +50,19 @@ void write_layer(ParameterStore& store, const Field& field, const Matrix& map, s
   store.write(field.name() + ".feature.bias", part(first + Field::hidden_width, 1));
 }
 
+/// Makes the features' hidden layer of a field that of its colours.
+void copy_hidden(ParameterStore& store, const Field& field) {
+  for (const char* part : {"hidden.weight", "hidden.bias", "direction.weight"})
+    store.write(field.name() + ".feature_" + part, store.read(field.name() + "." + part));
+}
+
+/// With features.hidden = trained, at the start of the stage: before anything is rendered for features.
+void copy_hidden(const Config& config, CaptureModel& model) {
+  if (config.features.hidden != "trained") return;
+  copy_hidden(model.store(), model.scene().field());
+  if (model.human()) copy_hidden(model.store(), model.human()->field());
+}
+
 }  // namespace
 
 struct FeatureTrainer::State {
@@ -78,8 +91,12 @@ struct FeatureTrainer::State {
 };
 
 FeatureTrainer::FeatureTrainer(Device& device, const Config& config, const Capture& capture,
-                               CaptureModel& model, Progress& progress)
-    : config_(config), state_(std::make_unique<State>(device, config, capture, model, progress)) {}
+                               CaptureModel& model, Progress& progress, std::int64_t first_step)
+    : config_(config) {
+  if (first_step == 0) copy_hidden(config, model);
+  state_ = std::make_unique<State>(device, config, capture, model, progress);
+  if (first_step == 0) start();
+}
 FeatureTrainer::~FeatureTrainer() = default;
 
 /// The least-squares fit of the feature layers, and the statistics of what they give.
@@ -101,14 +118,14 @@ void FeatureTrainer::start() {
 }
 
 void FeatureTrainer::run(std::int64_t step) {
-  if (step == 0) start();
   State& s = *state_;
   KeyedRandom random(static_cast<std::uint64_t>(config_.training.seed), "features", step);
   const std::size_t view = s.choose(random);
   std::vector<double> rates(group_count, 0.0);
   rates[group_heads] = scheduled_rate(config_.features.rate, step, steps(), warm_up, rate_decay);
   rates[group_style] = scheduled_rate(config_.style.rate, step, steps(), warm_up, rate_decay);
-  s.step.run(s.views[view], s.truths[view], random_patch(random, s.views[view], s.side), step + 1, rates);
+  const cv::Rect patch = random_patch(random, s.views[view], s.side);
+  s.step.run(s.views[view], s.truths[view], patch, step + 1, rates);
 }
 
 StepReport FeatureTrainer::report(std::int64_t step) {
@@ -129,9 +146,11 @@ const Executor& FeatureTrainer::executor() const { return state_->step.executor(
 void FeatureTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {
   State& s = *state_;
   const std::size_t shown = s.views.size() / 2;
+  FeatureView view = s.views[shown];
+  if (s.config.features.hidden == "trained") view.hidden = hidden_now(s.device, s.config, s.model, view);
   write_image(folder / (stem + ".png"),
-              preview_sheet({s.truths[shown], s.views[shown].rgb,
-                             stylised_view(s.device, s.config, s.model, s.vgg, s.views[shown], {})}));
+              preview_sheet(
+                  {s.truths[shown], view.rgb, stylised_view(s.device, s.config, s.model, s.vgg, view, {})}));
 }
 
 }  // namespace vivant

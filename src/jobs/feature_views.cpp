@@ -31,8 +31,8 @@ class OutputRenderer {
     else
       scene_.emplace(device, model.scene(), SceneRenderer::Options{.output = output});
   }
-  cv::Mat render(const View& view, const Camera& camera) {
-    RenderedView rendered = both_ ? both_->render(camera, *view.person).picture : scene_->render(camera);
+  cv::Mat render(const Camera& camera, const std::optional<PersonState>& person) {
+    RenderedView rendered = both_ ? both_->render(camera, *person).picture : scene_->render(camera);
     const auto channels = static_cast<int>(rendered.pixels.size() / (rendered.width * rendered.height));
     return cv::Mat(rendered.height, rendered.width, CV_32FC(channels), rendered.pixels.data()).clone();
   }
@@ -50,8 +50,9 @@ std::vector<FeatureView> render_views(Device& device, const Config& config, cons
   std::vector<FeatureView> result;
   progress.begin(name, 0, static_cast<std::int64_t>(views.size()));
   for (const View& view : views) {
-    result.push_back({view.frame, padded_picture(colours.render(view, view.camera)),
-                      hidden.render(view, feature_camera(view.camera))});
+    const Camera camera = feature_camera(view.camera);
+    result.push_back({view.frame, padded_picture(colours.render(view.camera, view.person)),
+                      hidden.render(camera, view.person), camera, view.person});
     progress.report({.step = static_cast<std::int64_t>(result.size())});
     if (interrupted()) {
       progress.end();
@@ -115,6 +116,10 @@ std::vector<FeatureView> novel_views(Device& device, const Config& config, const
                        pose_of(cameras[(i + cameras.size() / 2) % cameras.size()])});
   }
   return render_views(device, config, model, views, false, "novel views", progress);
+}
+
+cv::Mat hidden_now(Device& device, const Config& config, const CaptureModel& model, const FeatureView& view) {
+  return OutputRenderer(device, config, model, true, Output::hidden).render(view.camera, view.person);
 }
 
 Value rendered_features(Graph& graph, const CaptureModel& model, Value hidden) {

@@ -13,6 +13,8 @@ struct FeatureView {
   int frame = -1;  ///< of the capture; -1 for a view that no picture shows
   cv::Mat rgb;     ///< CV_32FC3 in [0, 1], sides are multiples of 4: the outermost pixels go on
   cv::Mat hidden;  ///< CV_32FC(129 or 258) at a quarter of the size, see composite_output
+  Camera camera;   ///< of `hidden`
+  std::optional<PersonState> person;
 };
 
 /// At most `limit` training frames, spread evenly.
@@ -23,6 +25,9 @@ std::vector<FeatureView> training_views(Device& device, const Config& config, co
 /// another instant, rendered as novel poses are.
 std::vector<FeatureView> novel_views(Device& device, const Config& config, const Capture& capture,
                                      const CaptureModel& model, std::int64_t count, Progress& progress);
+
+/// The hidden units of a training view as they are now.
+cv::Mat hidden_now(Device& device, const Config& config, const CaptureModel& model, const FeatureView& view);
 
 /// A CV_32FC3 picture in [0, 1] whose sides are multiples of 4, as FeatureView::rgb.
 cv::Mat padded_picture(const cv::Mat& rgb);

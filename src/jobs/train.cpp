@@ -24,7 +24,7 @@ constexpr int least_painting_side = 64;
 struct Stage {
   std::string part, name;
   std::int64_t steps = 0;
-  std::function<std::unique_ptr<StageTrainer>()> make;
+  std::function<std::unique_ptr<StageTrainer>(std::int64_t first_step)> make;
 };
 
 /// The folder of paintings for stage style; throws when one of them cannot be read.
@@ -92,20 +92,21 @@ struct Training {
 };
 
 std::vector<Stage> Training::stages() {
-  std::vector<Stage> all = {{"reconstruct", "scene", config.scene.steps, [this] {
+  std::vector<Stage> all = {{"reconstruct", "scene", config.scene.steps, [this](std::int64_t) {
                                return std::make_unique<SceneTrainer>(device, config, capture, data,
                                                                      model.store(), model.scene());
                              }}};
   if (model.human())
-    all.push_back({"reconstruct", "human", config.human.steps, [this] {
+    all.push_back({"reconstruct", "human", config.human.steps, [this](std::int64_t) {
                      return std::make_unique<HumanTrainer>(
                          device, config, capture, model.store(), *model.human(),
                          render_backgrounds(device, model.scene(), capture, data.frames()));
                    }});
-  all.push_back({"features", "features", config.features.steps, [this] {
-                   return std::make_unique<FeatureTrainer>(device, config, capture, model, progress);
+  all.push_back({"features", "features", config.features.steps, [this](std::int64_t first_step) {
+                   return std::make_unique<FeatureTrainer>(device, config, capture, model, progress,
+                                                           first_step);
                  }});
-  all.push_back({"style", "style", config.style.steps, [this] {
+  all.push_back({"style", "style", config.style.steps, [this](std::int64_t) {
                    return std::make_unique<StyleTrainer>(device, config, capture, model, run.styles(),
                                                          progress);
                  }});
@@ -139,7 +140,7 @@ void Training::run_stages(const std::string& part, bool resume) {
         throw UsageError(fmt::format("stage {} needs stage {}, which is not done: leave --stage out",
                                      stage.name, left_out));
       if (s > current) model.store().clear_moments();
-      run_stage(state, stage.name, *stage.make(), first_step, progress);
+      run_stage(state, stage.name, *stage.make(first_step), first_step, progress);
     }
     state.steps_before += stage.steps;
   }

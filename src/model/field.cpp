@@ -10,7 +10,15 @@ namespace {
 
 constexpr std::string_view encoding_names[] = {"full", "occupied", "vanilla", "mlp"};
 constexpr const char* plane_names[] = {"xy", "xz", "yz"};
-enum Head { density_head, hidden_head, direction_head, colour_head, feature_head };
+enum Head {
+  density_head,
+  hidden_head,
+  direction_head,
+  colour_head,
+  feature_head,
+  feature_hidden_head,
+  feature_direction_head
+};
 
 }  // namespace
 
@@ -54,9 +62,13 @@ Field::Field(Device& device, ParameterStore& store, const Initializer& initializ
   };
   head("density", width, 1, {.scale = 0.5, .bias = options.density_bias});
   head("hidden", width, hidden_width, {});
-  head("direction", 3 * (1 + 2 * options.direction_frequencies), hidden_width, {.has_bias = false});
+  const std::int64_t direction_width = 3 * (1 + 2 * options.direction_frequencies);
+  head("direction", direction_width, hidden_width, {.has_bias = false});
   head("colour", hidden_width, 3, {.bias = 0.5});
   head("feature", hidden_width, feature_width, {});
+  if (!options.feature_hidden) return;
+  head("feature_hidden", width, hidden_width, {});
+  head("feature_direction", direction_width, hidden_width, {.has_bias = false});
 }
 
 Value Field::plane_input(Graph& graph, std::int64_t size, int index) const {
@@ -103,20 +115,26 @@ Value Field::density_logit(Graph& graph, Value features) const {
   return heads_[density_head](graph, features);
 }
 
-Value Field::direction_term(Graph& graph, Value directions, Value keep) const {
-  const Value bias = heads_[hidden_head].bias(graph);
+const LinearLayer& Field::hidden_layer(Output output) const {
+  return heads_[own_hidden(output) ? feature_hidden_head : hidden_head];
+}
+
+Value Field::direction_term(Graph& graph, Value directions, Value keep, Output output) const {
+  const Value bias = hidden_layer(output).bias(graph);
   if (options_.direction_frequencies == 0) return bias;
   Value encoded = positional_encoding(directions, options_.direction_frequencies);
   if (keep) encoded = multiply(encoded, keep);
-  return linear(encoded, heads_[direction_head].weight(graph), bias);
+  const LinearLayer& layer = heads_[own_hidden(output) ? feature_direction_head : direction_head];
+  return linear(encoded, layer.weight(graph), bias);
 }
 
-Value Field::hidden(Graph& graph, Value features, Value direction_term) const {
-  return linear(features, heads_[hidden_head].weight(graph),
-                direction_term ? direction_term : heads_[hidden_head].bias(graph), Activation::relu);
+Value Field::hidden(Graph& graph, Value features, Value direction_term, Output output) const {
+  const LinearLayer& layer = hidden_layer(output);
+  return linear(features, layer.weight(graph), direction_term ? direction_term : layer.bias(graph),
+                Activation::relu);
 }
 
-Value Field::hidden_weight(Graph& graph) const { return heads_[hidden_head].weight(graph); }
+Value Field::hidden_weight(Graph& graph, Output output) const { return hidden_layer(output).weight(graph); }
 
 Value Field::project(Graph& graph, const LinearLayer& layer, Value hidden, Value alpha) const {
   const Value bias = graph.reshape(layer.bias(graph), {1, layer.bias(graph).elements()});

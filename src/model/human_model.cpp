@@ -123,13 +123,13 @@ Value HumanModel::density(Graph& graph, Value features, Value signed_distance) c
   return activate(logit, options_.field.density_activation);
 }
 
-Value HumanModel::hidden(Graph& graph, Value features, Value directions, Value keep) const {
-  return field_.hidden(graph, features,
-                       directions ? field_.direction_term(graph, directions, keep) : Value{});
+Value HumanModel::hidden(Graph& graph, Value features, Value directions, Value keep, Output output) const {
+  const Value term = directions ? field_.direction_term(graph, directions, keep, output) : Value{};
+  return field_.hidden(graph, features, term, output);
 }
 
 HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSamples& samples,
-                                    const FrameCodes& codes, Value fade, Value keep) const {
+                                    const FrameCodes& codes, Value fade, Value keep, Output output) const {
   const Graph::Scope scope(graph, "human");
   HumanFieldSamples result{.depths = samples.depths, .deltas = samples.deltas, .ids = samples.ids};
   result.correction = correction(graph, samples, codes, fade);
@@ -139,7 +139,7 @@ HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSampl
   result.density = graph.reshape(
       scatter_rows(result.row_density, samples.ids, samples.depths.elements(), IdOrder::ascending),
       samples.depths.shape());
-  result.hidden = hidden(graph, field_features, samples.directions, keep);
+  result.hidden = hidden(graph, field_features, samples.directions, keep, output);
   return result;
 }
 

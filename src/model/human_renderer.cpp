@@ -53,8 +53,8 @@ PersonInputs::PersonInputs(Graph& graph, const HumanModel& model)
 }
 
 HumanFieldSamples PersonInputs::sample(Graph& graph, Value planes, const Rays& rays,
-                                       const TraceOptions& trace, std::int64_t capacity,
-                                       bool view_direction) {
+                                       const TraceOptions& trace, std::int64_t capacity, bool view_direction,
+                                       Output output) {
   const BodyModel::Posed posed = model_.body().pose(graph, joints_);
   const TracedSamples traced =
       trace_samples(rays.origins, rays.directions, posed.mesh, posed.transforms, trace);
@@ -70,7 +70,7 @@ HumanFieldSamples PersonInputs::sample(Graph& graph, Value planes, const Rays& r
   overflow_ = samples.overflow;
   if (!view_direction) samples.directions = {};
   const Value one = graph.constant({1}, std::vector<double>{1});
-  return model_.query(graph, planes, samples, codes_, one);
+  return model_.query(graph, planes, samples, codes_, one, {}, output);
 }
 
 void PersonInputs::write(Executor& executor, const PersonState& state) const {
@@ -127,14 +127,15 @@ void HumanRenderer::build(int width, int height) {
   const HumanFieldSamples samples = in_units(
       person_->sample(
           graph, planes_.value(graph), metric(rays, units),
-          {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray_},
-          capacity_, options_.view_direction),
+          {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray},
+          capacity_, options_.view_direction, options_.output),
       units);
   if (options_.scene) {
     const SceneModel& scene = *options_.scene;
+    const FieldSamples behind =
+        scene.sample(graph, scene_planes_->value(graph), rays, nullptr, options_.output);
     const CompositeRays both =
-        composite(graph, scene, scene.sample(graph, scene_planes_->value(graph), rays, nullptr), samples,
-                  options_.intervals, options_.weight_threshold);
+        composite(graph, scene, behind, samples, options_.intervals, options_.weight_threshold);
     output_ = composite_output(graph, scene, model_, both, options_.output);
     alpha_ = both.human_alpha;
     opacity_ = add(both.scene_alpha, both.human_alpha);
@@ -179,7 +180,7 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
     executor_->write(pixels_, std::span<const std::int32_t>(ids));
     executor_->run();
     if (executor_->read_ints(person_->overflow())[0] != 0) {  // once more with room for more samples
-      capacity_ = std::min(2 * capacity_, options_.tile_rays * samples_per_ray_);
+      capacity_ = std::min(2 * capacity_, options_.tile_rays * samples_per_ray);
       build(camera.width, camera.height);
       prepare();
       continue;

@@ -30,7 +30,8 @@ SceneModel::SceneModel(Device& device, ParameterStore& store, const Initializer&
       space_(space),
       samples_(samples) {}
 
-FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const {
+FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
+                                Output output) const {
   const Graph::Scope scope(graph, "scene");
   const std::int64_t ray_count = rays.origins.shape()[0];
   const auto limit = [&](double depth) {
@@ -53,12 +54,13 @@ FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, co
                            : normalise_to_box(world, array_of(space_.centre), array_of(space_.radius));
   samples.features = field_.features(graph, planes, points);
   samples.density = graph.reshape(field_.density(graph, samples.features), drawn.depths.shape());
-  samples.term = field_.direction_term(graph, rays.directions);
+  samples.term = field_.direction_term(graph, rays.directions, {}, output);
+  samples.output = output;
   return samples;
 }
 
 Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
-  return field_.hidden(graph, samples.features, samples.term);
+  return field_.hidden(graph, samples.features, samples.term, samples.output);
 }
 
 Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight,
@@ -74,7 +76,8 @@ Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Val
   const bool per_ray = samples.term.shape().rank() == 2;
   const Value term =
       per_ray ? gather_rows(samples.term, counted(kept.rows), IdOrder::ascending) : samples.term;
-  const Value units = activate(add(linear(features, field_.hidden_weight(graph)), term), Activation::relu);
+  const Value weight_matrix = field_.hidden_weight(graph, samples.output);
+  const Value units = activate(add(linear(features, weight_matrix), term), Activation::relu);
   return weighted_sum(weight, units, kept.ids);
 }
 

@@ -28,7 +28,7 @@ void SceneRenderer::build(int width, int height) {
   camera_ = graph.input("camera", {1, static_cast<std::int64_t>(table.size())});
   pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
-  const FieldSamples samples = scene_.sample(graph, planes_.value(graph), rays, nullptr);
+  const FieldSamples samples = scene_.sample(graph, planes_.value(graph), rays, nullptr, options_.output);
   const RenderedRays rendered = scene_.render(graph, samples, options_.weight_threshold);
   output_ = scene_.field().output(graph, options_.output, rendered.hidden, rendered.alpha);
   alpha_ = rendered.alpha;

@@ -9,12 +9,15 @@ namespace vivant {
 
 /// Stage 2 (specification 4): the fields' hidden units are frozen, their 128 -> 256 layers learn to render
 /// VGG-19's relu3_1, psi and the decoder to turn that into the picture. The layers start at the least-squares
-/// fit, which is all that a frozen linear map can reach of the feature error.
+/// fit, which is all that a frozen linear map can reach of the feature error. With features.hidden = trained
+/// features have hidden layers of their own, which start as copies of the frozen ones and learn as well;
+/// every step then renders its patch anew.
 class FeatureTrainer final : public StageTrainer {
  public:
-  /// Renders the training views first. Throws Interrupted after Ctrl-C.
+  /// Renders the training views first; `first_step` 0 also gives the trained layers their start. Throws
+  /// Interrupted after Ctrl-C.
   FeatureTrainer(Device& device, const Config& config, const Capture& capture, CaptureModel& model,
-                 Progress& progress);
+                 Progress& progress, std::int64_t first_step);
   ~FeatureTrainer() override;
 
   std::int64_t steps() const override { return config_.features.steps; }

@@ -32,6 +32,7 @@ struct FieldOptions {
   Activation density_activation = Activation::truncated_exp;
   double density_bias = -1.5;
   int mlp_layers = 8, mlp_width = 256;  ///< for Encoding::mlp
+  bool feature_hidden = false;          ///< features have a hidden layer of their own
 };
 
 /// Learning-rate groups of a model's parameters.
@@ -47,7 +48,7 @@ enum ParameterGroup : int {
 enum class Output {
   colour,   ///< [R, 3]
   feature,  ///< [R, 256], in the space of VGG-19's relu3_1
-  hidden    ///< [R, 129] of a field: the units and alpha, in which both others are linear
+  hidden    ///< [R, 129] of a field: the units of features and alpha, in which features are linear
 };
 
 /// A radiance field on geometry-guided tri-planes (specification 1 and 2): points in [-1, 1]^3 to density and
@@ -55,8 +56,9 @@ enum class Output {
 /// exact, since that layer is linear and its bias is multiplied by the accumulated alpha).
 ///
 /// Parameters: `<name>.unet_xy|xz|yz...` or `<name>.planes`, `<name>.density`, `<name>.hidden`,
-/// `<name>.direction`,
-/// `<name>.colour`, `<name>.feature`.
+/// `<name>.direction`, `<name>.colour`, `<name>.feature`; with FieldOptions::feature_hidden
+/// `<name>.feature_hidden` and `<name>.feature_direction`, which take the place of the hidden layer's for
+/// every output but colours.
 class Field {
  public:
   static constexpr std::int64_t hidden_width = 128;
@@ -80,11 +82,12 @@ class Field {
   /// The term of the hidden layer that depends on the direction: directions [R, 3] -> [R, 128]. For all
   /// samples of a ray.
   /// `keep` [R, 1] is multiplied with the encoded directions: 0 drops a direction.
-  Value direction_term(Graph& graph, Value directions, Value keep = {}) const;
+  /// `output`, here and below: what the hidden units are for, which says whose layer is used.
+  Value direction_term(Graph& graph, Value directions, Value keep = {}, Output output = Output::colour) const;
   /// relu(features W + term): [N, 128]; row g of the term [G, 128] serves N / G neighbouring rows. Absent:
   /// the bias alone.
-  Value hidden(Graph& graph, Value features, Value direction_term) const;
-  Value hidden_weight(Graph& graph) const;
+  Value hidden(Graph& graph, Value features, Value direction_term, Output output = Output::colour) const;
+  Value hidden_weight(Graph& graph, Output output = Output::colour) const;
   /// Rendered hidden units [R, 128] and alpha [R, 1] -> colours [R, 3] or features [R, 256].
   Value colour(Graph& graph, Value hidden, Value alpha) const;
   Value feature(Graph& graph, Value hidden, Value alpha) const;
@@ -95,6 +98,8 @@ class Field {
   const std::string& name() const { return name_; }
 
  private:
+  bool own_hidden(Output output) const { return options_.feature_hidden && output != Output::colour; }
+  const LinearLayer& hidden_layer(Output output) const;
   Value project(Graph& graph, const LinearLayer& layer, Value hidden, Value alpha) const;
 
   /// The encoded voxels of planes of this size, computed once, as a value [size, size, D] of plane `index`.
@@ -108,7 +113,8 @@ class Field {
   mutable std::map<std::int64_t, std::shared_ptr<Buffer>> plane_inputs_;  // by size, [3, size, size, D]
   std::vector<UNet> unets_;
   std::vector<LinearLayer> trunk_;  // Encoding::mlp
-  std::vector<LinearLayer> heads_;  // density, hidden, direction, colour, feature
+  std::vector<LinearLayer>
+      heads_;  // density, hidden, direction, colour, feature, the features' own hidden and direction
 };
 
 }  // namespace vivant

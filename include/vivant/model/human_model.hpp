@@ -31,7 +31,7 @@ struct HumanFieldSamples {
   Value depths, deltas;    ///< [R, S]
   Value density = {};      ///< [R, S], 0 where there is no sample
   Value row_density = {};  ///< [N, 1]
-  Value hidden = {};       ///< [N, 128]
+  Value hidden = {};       ///< [N, 128], of the output that was asked for
   Value ids;               ///< i32 [N] place of a row among the R S samples
   Value correction = {};   ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
 };
@@ -58,13 +58,14 @@ class HumanModel {
   Value features(Graph& graph, Value planes, Value canonical) const;
   /// Density per metre [N, 1]. The prior adds 2 clamp(-signed_distance / 3 cm, -3, 1) before the activation.
   Value density(Graph& graph, Value features, Value signed_distance) const;
-  /// Hidden units [N, 128]. `keep` [N, 1] is multiplied with the encoded directions, so that 0 drops them;
-  /// both may be absent.
-  Value hidden(Graph& graph, Value features, Value directions, Value keep = {}) const;
+  /// Hidden units [N, 128] for `output`. `keep` [N, 1] is multiplied with the encoded directions, so that 0
+  /// drops them; both may be absent.
+  Value hidden(Graph& graph, Value features, Value directions, Value keep = {},
+               Output output = Output::colour) const;
 
   /// All of these for samples on rays.
   HumanFieldSamples query(Graph& graph, Value planes, const HumanSamples& samples, const FrameCodes& codes,
-                          Value fade, Value keep = {}) const;
+                          Value fade, Value keep = {}, Output output = Output::colour) const;
 
   /// One row of codes, for rendering.
   struct CodeRow {

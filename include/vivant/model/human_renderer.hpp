@@ -29,10 +29,11 @@ PersonState novel_state(const Motion& motion, int frame, const HumanModel::CodeR
 class PersonInputs {
  public:
   PersonInputs(Graph& graph, const HumanModel& model);
-  /// Traces rays afresh and asks the field. `view_direction` false leaves the direction out: what was learned
-  /// of directions in the poses of the training says little about others.
+  /// Traces rays afresh and asks the field. `capacity`: of all samples; 0: never too small. `view_direction`
+  /// false leaves the direction out: what was learned of directions in the poses of the training says little
+  /// about others.
   HumanFieldSamples sample(Graph& graph, Value planes, const Rays& rays, const TraceOptions& trace,
-                           std::int64_t capacity, bool view_direction);
+                           std::int64_t capacity, bool view_direction, Output output = Output::colour);
   void write(Executor& executor, const PersonState& state) const;
   /// i32 [1]: 1 when the samples did not fit into the capacity.
   Value overflow() const { return overflow_; }
@@ -59,6 +60,8 @@ struct PersonView {
 /// Renders the person from any camera in any pose, alone or in a scene. Planes are baked once.
 class HumanRenderer {
  public:
+  static constexpr std::int64_t samples_per_ray = 128;  ///< the most; those behind are dropped
+
   struct Options {
     double step = 0.0075;     ///< metres between samples
     double threshold = 0.08;  ///< metres: samples farther from the body are empty
@@ -81,7 +84,7 @@ class HumanRenderer {
   Options options_;
   BakedPlanes planes_;
   std::optional<BakedPlanes> scene_planes_;
-  std::int64_t samples_per_ray_ = 128, capacity_;
+  std::int64_t capacity_;
   int width_ = 0, height_ = 0;  // of the graph below
   std::unique_ptr<Graph> graph_;
   std::unique_ptr<PersonInputs> person_;

@@ -7,10 +7,11 @@ namespace vivant {
 
 /// The samples of a batch of rays in one field, before rendering.
 struct FieldSamples {
-  Value depths, deltas;  ///< [R, S] along the unit directions, in the capture's unit
-  Value density;         ///< [R, S]
-  Value features;        ///< [R S, C] of the planes
-  Value term;            ///< [R, 128], the view direction's part of the hidden layer
+  Value depths, deltas;            ///< [R, S] along the unit directions, in the capture's unit
+  Value density;                   ///< [R, S]
+  Value features;                  ///< [R S, C] of the planes
+  Value term;                      ///< [R, 128], the view direction's part of the hidden layer
+  Output output = Output::colour;  ///< what the hidden units will be for
 };
 
 /// What rays see: hidden units and alpha give colours and features by Field::colour and Field::feature.
@@ -33,7 +34,8 @@ class SceneModel {
 
   /// Stratified samples on rays, jittered with `random` (absent: their midpoints), and what the field says of
   /// them.
-  FieldSamples sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const;
+  FieldSamples sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
+                      Output output = Output::colour) const;
   /// The hidden units of the samples, [R S, 128].
   Value hidden(Graph& graph, const FieldSamples& samples) const;
   /// The rays' hidden units [R, 128] for given weights [R, S]. Samples that weigh less than `threshold` are
