@@ -13,6 +13,7 @@ FieldOptions scene_field_options(const Config& config, const SceneSpace& space) 
   options.combine = combine_from(scene.combine);
   options.plane_size = scene.plane_size;
   options.channels = scene.plane_channels;
+  options.scales = static_cast<int>(scene.plane_scales);
   options.unet_widths = scene.unet_widths;
   options.position_frequencies = static_cast<int>(scene.position_frequencies);
   options.direction_frequencies = static_cast<int>(scene.direction_frequencies);
@@ -23,6 +24,7 @@ FieldOptions scene_field_options(const Config& config, const SceneSpace& space) 
     // against 22.6).
     options.encoding = Encoding::vanilla;
     options.plane_size = scene.shell_plane_size;
+    options.scales = 1;
     options.direction_frequencies = 0;
   }
   return options;

@@ -25,6 +25,8 @@ const std::vector<Preset>& presets() {
        {"scene.planes=vanilla",
         "scene.plane_size=256",
         "scene.plane_channels=16",
+        "scene.plane_scales=4",
+        "scene.weight_threshold=0.001",
         "scene.unet_widths=[32, 64, 128]",
         "scene.direction_frequencies=1",
         "scene.rays=2048",

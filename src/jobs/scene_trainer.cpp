@@ -44,7 +44,7 @@ Value SceneTrainer::batch_loss(Graph& graph, Value planes, int batch) {
   const Value ids = pick(list, config_.scene.rays, pixels_key);
   const Rays rays = ray_generation(data_.cameras(graph), ids, data_.width(), data_.height());
   const FieldSamples samples = model_.sample(graph, planes, rays, &jitter_key);
-  const RenderedRays rendered = model_.render(graph, samples);
+  const RenderedRays rendered = model_.render(graph, samples, config_.scene.weight_threshold);
   return l2_loss(model_.field().colour(graph, rendered.hidden, rendered.alpha),
                  image_gather(data_.images(graph), ids));
 }

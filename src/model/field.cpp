@@ -2,8 +2,10 @@
 
 #include "vivant/graph/executor.hpp"
 #include "vivant/ops/concat.hpp"
+#include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/positional_encoding.hpp"
 #include "vivant/ops/triplane_encoding.hpp"
+#include "vivant/ops/upsample.hpp"
 
 namespace vivant {
 namespace {
@@ -43,6 +45,11 @@ Field::Field(Device& device, ParameterStore& store, const Initializer& initializ
     std::vector<float> planes = initializer.normal(name_ + ".planes", 3 * size * size * channels, 0.1);
     for (float& x : planes) x += 1;  // near 1: products of small numbers would not learn
     store.add(name_ + ".planes", {3, size, size, channels}, group_planes, planes);
+    for (int scale = 1; scale < options.scales; ++scale) {
+      const std::int64_t side = size >> scale;
+      store.add(fmt::format("{}.planes{}", name_, 1 << scale), {3 * side, side, channels}, group_planes,
+                std::vector<float>(3 * side * side * channels, 0.0f));
+    }
   } else if (options.encoding == Encoding::mlp) {
     width = options.mlp_width;
     std::int64_t in = 3 * (1 + 2 * options.position_frequencies);
@@ -91,10 +98,20 @@ Value Field::plane_input(Graph& graph, std::int64_t size, int index) const {
                         {DType::real, {size, size, width}}, {buffer, index * plane_bytes});
 }
 
+Value Field::vanilla_planes(Graph& graph) const {
+  const Value finest = store_->value(graph, name_ + ".planes");
+  Value coarser;
+  for (int scale = options_.scales - 1; scale > 0; --scale) {
+    const Value planes = store_->value(graph, fmt::format("{}.planes{}", name_, 1 << scale));
+    coarser = upsample2x(coarser ? add(coarser, planes) : planes, Upsampling::bilinear);
+  }
+  return coarser ? add(finest, graph.reshape(coarser, finest.shape())) : finest;
+}
+
 Value Field::planes(Graph& graph, std::int64_t size) const {
   if (size == 0) size = options_.plane_size;
   if (options_.encoding == Encoding::mlp) return {};
-  if (options_.encoding == Encoding::vanilla) return store_->value(graph, name_ + ".planes");
+  if (options_.encoding == Encoding::vanilla) return vanilla_planes(graph);
   Values planes;
   for (int plane = 0; plane < 3; ++plane) {
     const Graph::Scope scope(graph, name_ + ".unet_" + plane_names[plane]);

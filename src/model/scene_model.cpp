@@ -73,10 +73,10 @@ Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Val
     return graph.with_count(graph.reshape(ids, {ids.elements(), 1}), kept.count);
   };
   const Value features = gather_rows(samples.features, counted(kept.ids), IdOrder::ascending);
-  const bool per_ray = samples.term.shape().rank() == 2;
-  const Value term =
-      per_ray ? gather_rows(samples.term, counted(kept.rows), IdOrder::ascending) : samples.term;
   const Value weight_matrix = field_.hidden_weight(graph, samples.output);
+  if (samples.term.shape().rank() == 1)
+    return weighted_sum(weight, field_.hidden(graph, features, samples.term, samples.output), kept.ids);
+  const Value term = gather_rows(samples.term, counted(kept.rows), IdOrder::ascending);
   const Value units = activate(add(linear(features, weight_matrix), term), Activation::relu);
   return weighted_sum(weight, units, kept.ids);
 }

@@ -26,6 +26,7 @@ struct FieldOptions {
   Combine combine = Combine::product;
   std::int64_t plane_size = 128;  ///< H_p = W_p, a multiple of 2^(levels - 1)
   std::int64_t channels = 32;     ///< C of the planes
+  int scales = 1;  ///< of vanilla planes: they are a sum of planes of this size, half of it, ... enlarged
   std::vector<std::int64_t> unet_widths = {32, 64, 128, 256};
   int position_frequencies = 6;   ///< L of gamma_v
   int direction_frequencies = 4;  ///< L of gamma_d; 0: no view dependence
@@ -100,6 +101,9 @@ class Field {
  private:
   bool own_hidden(Output output) const { return options_.feature_hidden && output != Output::colour; }
   const LinearLayer& hidden_layer(Output output) const;
+  /// The sum of all scales. Coarse scales learn what fine ones see too seldom. (Planes below each other are
+  /// enlarged as one picture: their borders mix, which is but another parametrisation.)
+  Value vanilla_planes(Graph& graph) const;
   Value project(Graph& graph, const LinearLayer& layer, Value hidden, Value alpha) const;
 
   /// The encoded voxels of planes of this size, computed once, as a value [size, size, D] of plane `index`.
