@@ -26,13 +26,17 @@ constexpr int sample_count = 24;
 struct Scene {
   Device& device = test_device();
   ParameterStore store;
-  SceneModel model{device,
-                   store,
-                   Initializer(3),
-                   {.plane_size = 16, .channels = 16, .unet_widths = {16, 16}, .density_bias = 1},
-                   {.radius = Eigen::Vector3d(2, 2, 2), .near = 0.2, .far = 5, .opaque_last = false},
-                   sample_count};
-  Scene() { store.allocate(device); }
+  SceneModel model;
+  explicit Scene(int direction_frequencies = 4)
+      : model(device, store, Initializer(3),
+              {.plane_size = 16,
+               .channels = 16,
+               .unet_widths = {16, 16},
+               .direction_frequencies = direction_frequencies,
+               .density_bias = 1},
+              {.radius = Eigen::Vector3d(2, 2, 2), .near = 0.2, .far = 5, .opaque_last = false}, sample_count) {
+    store.allocate(device);
+  }
 
   /// Rays from around (0, 0, -2.5) into the scene, others for every `seed`.
   static Rays rays(Graph& graph, unsigned seed) {
@@ -215,6 +219,46 @@ TEST_CASE(
       for (std::int64_t r = 0; r < ray_count; ++r)
         change = std::max(change, std::abs(static_cast<double>(all_rgb[3 * r + c]) - some_rgb[3 * r + c]));
       CHECK(change <= bound * row + 1e-6);
+    }
+  }
+}
+
+TEST_CASE("rewrites: density first trains as the plain form whose light samples have no weight") {
+  constexpr double threshold = 1e-2;
+  for (const int direction_frequencies : {0, 4}) {  // without, the hidden layer's term is one row for all
+    CAPTURE(direction_frequencies);
+    Scene scene(direction_frequencies);
+    Graph graph;
+    const Field& field = scene.model.field();
+    const FieldSamples samples =
+        scene.model.sample(graph, field.planes(graph), Scene::rays(graph, 1), nullptr);
+    const RenderedRays quick = scene.model.render(graph, samples, threshold);
+    std::vector<float> weights;
+    {
+      Run run(graph, {quick.weight});
+      weights = run.read(quick.weight);
+    }
+    std::vector<double> heavy;
+    for (const float weight : weights) heavy.push_back(weight > threshold);
+    CHECK(std::count(heavy.begin(), heavy.end(), 0.0) > 100);
+    const Value masked = multiply(quick.weight, graph.constant(quick.weight.shape(), heavy));
+    const Value plain = weighted_sum(masked, scene.model.hidden(graph, samples));
+    const Values parameters = scene.parameters(graph);
+    Values outputs = {quick.hidden, plain};
+    for (const Value& hidden : {quick.hidden, plain}) {
+      const Value loss = uneven_loss(field.colour(graph, hidden, quick.alpha));
+      const Values gradients = differentiate(graph, loss, parameters);
+      outputs.insert(outputs.end(), gradients.begin(), gradients.end());
+    }
+    Run run(graph, outputs);
+    CHECK(relative_error(run.read(quick.hidden), run.read(plain)) < 1e-6);
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      const std::vector<float> expected = run.read(outputs[2 + parameters.size() + i]);
+      const std::vector<float> got = run.read(outputs[2 + i]);
+      if (largest(expected) == 0)
+        CHECK(got == expected);  // the direction's weights when no direction is looked at
+      else
+        CHECK(relative_error(got, expected) < 1e-4);
     }
   }
 }

@@ -37,11 +37,11 @@ Viewpoint along_arc(double s) {
   return {28 - 56 * s, 1.35 + 0.12 * std::sin(turn), 3.3 + 0.08 * std::cos(turn)};
 }
 
-/// At the same instant on the other side of the arc and higher, so that what is behind the person was seen by
-/// others.
+/// At the same instant nearer to the arc's middle and higher: never on the path, and looking at what the path
+/// has seen, for nobody can reconstruct the rest.
 Viewpoint beside_arc(double s) {
-  Viewpoint view = along_arc(1 - s);
-  return {0.8 * view.azimuth + 6, view.height + 0.22, view.distance - 0.1};
+  const Viewpoint view = along_arc(s);
+  return {0.4 * view.azimuth + 6, view.height + 0.22, view.distance - 0.1};
 }
 
 Camera camera_at(const SynthOptions& options, const Viewpoint& view, const Vector3d& root) {
