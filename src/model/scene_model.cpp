@@ -1,9 +1,8 @@
 #include "vivant/model/scene_model.hpp"
 
-#include "vivant/ops/compact.hpp"
-#include "vivant/ops/gather.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
+#include "vivant/ops/weighted_units.hpp"
 
 namespace vivant {
 
@@ -65,20 +64,8 @@ Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
 
 Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight,
                                   double threshold) const {
-  if (threshold <= 0) return weighted_sum(weight, hidden(graph, samples));
-  // Weights first, then hidden units for the samples alone that weigh something: by far the most work is
-  // theirs.
-  const Compacted kept = compact(weight, threshold, weight.elements());
-  const auto counted = [&](Value ids) {
-    return graph.with_count(graph.reshape(ids, {ids.elements(), 1}), kept.count);
-  };
-  const Value features = gather_rows(samples.features, counted(kept.ids), IdOrder::ascending);
-  const Value weight_matrix = field_.hidden_weight(graph, samples.output);
-  if (samples.term.shape().rank() == 1)
-    return weighted_sum(weight, field_.hidden(graph, features, samples.term, samples.output), kept.ids);
-  const Value term = gather_rows(samples.term, counted(kept.rows), IdOrder::ascending);
-  const Value units = activate(add(linear(features, weight_matrix), term), Activation::relu);
-  return weighted_sum(weight, units, kept.ids);
+  const Value w = field_.hidden_weight(graph, samples.output);
+  return weighted_units(weight, samples.features, w, samples.term, threshold);
 }
 
 RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, double threshold) const {
