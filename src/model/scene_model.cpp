@@ -1,5 +1,6 @@
 #include "vivant/model/scene_model.hpp"
 
+#include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 #include "vivant/ops/weighted_units.hpp"
@@ -20,6 +21,24 @@ std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(),
 /// Makes the last sample hide all behind it: its interval becomes very long.
 constexpr double endless = 1e10;
 
+/// Where rays are sampled: between the space's near and far and, in a bounded space, inside of its box, of
+/// which the walls themselves may be what there is to see. Rays that miss the box keep near and far.
+Interval depth_range(Graph& graph, const SceneSpace& space, const Rays& rays) {
+  const std::int64_t count = rays.origins.shape()[0];
+  const auto limit = [&](double depth) {
+    return graph.constant({count, 1}, std::span<const double>(std::vector<double>(count, depth)));
+  };
+  if (!space.bounded) return {limit(space.near), limit(space.far)};
+  constexpr double behind_walls = 1.01;
+  std::vector<double> box;
+  for (const double side : {-1, 1})
+    for (int axis = 0; axis < 3; ++axis) box.push_back(space.centre[axis] + side * space.radius[axis]);
+  const Interval inside = ray_box(rays.origins, rays.directions, graph.constant({2, 3}, box), space.near);
+  const Value misses = affine(clamp(affine(inside.far, 1e6, 0), 0, 1), -1, 1);
+  return {add(clamp(inside.near, 0, 0.99 * space.far), affine(misses, space.near, 0)),
+          add(clamp(affine(inside.far, behind_walls, 0), 0, space.far), affine(misses, space.far, 0))};
+}
+
 }  // namespace
 
 SceneModel::SceneModel(Device& device, ParameterStore& store, const Initializer& initializer,
@@ -32,12 +51,9 @@ SceneModel::SceneModel(Device& device, ParameterStore& store, const Initializer&
 FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
                                 Output output) const {
   const Graph::Scope scope(graph, "scene");
-  const std::int64_t ray_count = rays.origins.shape()[0];
-  const auto limit = [&](double depth) {
-    return graph.constant({ray_count, 1}, std::span<const double>(std::vector<double>(ray_count, depth)));
-  };
+  const Interval range = depth_range(graph, space_, rays);
   const Spacing spacing = space_.inverse_depth ? Spacing::disparity : Spacing::linear;
-  const Samples drawn = stratified_samples(limit(space_.near), limit(space_.far), samples_, spacing,
+  const Samples drawn = stratified_samples(range.near, range.far, samples_, spacing,
                                            random ? *random : no_randomness(graph), random != nullptr);
   FieldSamples samples;
   samples.depths = drawn.depths;

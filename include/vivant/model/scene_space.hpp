@@ -12,6 +12,7 @@ struct SceneSpace {
       Eigen::Vector3d::Ones();  ///< half the extent of the (uncontracted) space on each axis
   bool shell = false;           ///< a thin far shell: no depth can be seen
   bool contracted = false;      ///< points beyond the radius are pulled into the outer half of the planes
+  bool bounded = false;         ///< samples stay inside the box of centre and radius, between near and far
   double near = 0.1, far = 10;
   bool inverse_depth = false;  ///< samples evenly spread in 1 / depth
   bool opaque_last = true;     ///< the last sample hides what lies behind it
@@ -27,7 +28,7 @@ struct SceneSpaceOptions {
 /// The space of a capture:
 /// - contraction: sparse points without a given scene box; the radius holds three quarters of the points
 /// around their median;
-/// - box: a given scene box, with the contraction beyond it;
+/// - box: a given scene box, which holds all there is: what lies beyond appears on its walls;
 /// - shell: the camera only rotates, so that depth cannot be seen: a thin far shell (experiments: 25.0 dB
 /// against 22.3
 ///   for the best volume), behind everything that the human field holds.
