@@ -96,7 +96,7 @@ SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options)
   } else if (shape == "box") {
     space.centre = capture.scene_box.centre();
     space.radius = 0.5 * capture.scene_box.size();
-    space.bounded = true;
+    space.bounded = capture.scene_box_given;
     set_depth_range(space, capture);
   } else if (shape == "contraction") {
     if (capture.points.positions.empty()) {

@@ -28,7 +28,7 @@ struct SceneSpaceOptions {
 /// The space of a capture:
 /// - contraction: sparse points without a given scene box; the radius holds three quarters of the points
 /// around their median;
-/// - box: a given scene box, which holds all there is: what lies beyond appears on its walls;
+/// - box: the scene box; a given one holds all there is: what lies beyond appears on its walls;
 /// - shell: the camera only rotates, so that depth cannot be seen: a thin far shell (experiments: 25.0 dB
 /// against 22.3
 ///   for the best volume), behind everything that the human field holds.
