@@ -58,7 +58,8 @@ TEST_CASE("config: what is written reads back, for every preset and every key") 
       if (auto* const* integer = std::get_if<std::int64_t*>(&setting)) {
         CHECK(key.lowest <= static_cast<double>(**integer));
         CHECK(static_cast<double>(**integer) <= key.highest);
-        **integer = static_cast<std::int64_t>(key.highest) / 16 * 16;
+        const auto highest = static_cast<std::int64_t>(key.highest);
+        **integer = highest < 16 ? highest : highest / 16 * 16;
       } else if (auto* const* real = std::get_if<double*>(&setting)) {
         CHECK(key.lowest <= **real);
         CHECK(**real <= key.highest);

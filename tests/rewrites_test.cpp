@@ -34,7 +34,8 @@ struct Scene {
                .unet_widths = {16, 16},
                .direction_frequencies = direction_frequencies,
                .density_bias = 1},
-              {.radius = Eigen::Vector3d(2, 2, 2), .near = 0.2, .far = 5, .opaque_last = false}, sample_count) {
+              {.radius = Eigen::Vector3d(2, 2, 2), .near = 0.2, .far = 5, .opaque_last = false},
+              sample_count) {
     store.allocate(device);
   }
 
@@ -98,7 +99,8 @@ Value mean_loss(Graph& graph, Value planes, const Config& config, const Capture&
     const RandomKey pixels_key{seed, step, 2 * batch}, jitter_key{seed, step, 2 * batch + 1};
     const Value ids = pick(pixels, config.scene.rays, pixels_key);
     const Rays rays = ray_generation(data.cameras(graph), ids, data.width(), data.height());
-    const RenderedRays rendered = scene.render(graph, scene.sample(graph, planes, rays, &jitter_key));
+    const RenderedRays rendered =
+        scene.render(graph, scene.sample(graph, planes, rays, &jitter_key), config.scene.weight_threshold);
     const Value loss = l2_loss(scene.field().colour(graph, rendered.hidden, rendered.alpha),
                                image_gather(data.images(graph), ids));
     total = total ? add(total, loss) : loss;
