@@ -50,10 +50,21 @@ KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REA
 }
 
 // partial [chunks, m, n] of A^T B, A [rows, m], B [rows, n]; one work-item per tile of m x n and chunk of rows.
+// PACKED: A in panels of TILE_ROWS columns and B in panels of PANEL, which are read from front to back.
+#ifndef PACKED
+#define PACKED 0
+#endif
+#if PACKED
+#define ROW_OF_A(row) (a + ((size_t)(i / TILE_ROWS) * capacity + row) * TILE_ROWS)
+#define ROW_OF_B(row) (b + ((size_t)(j / PANEL) * capacity + row) * PANEL + j % PANEL)
+#else
+#define ROW_OF_A(row) (a + (size_t)row * m + top)
+#define ROW_OF_B(row) (b + (size_t)row * n + j)
+#endif
 #define ACCUMULATE(LOAD)                                            \
   for (int row = first; row < end; ++row) {                         \
-    IN REAL* s = a + (size_t)row * m + top;                         \
-    IN REAL* t = b + (size_t)row * n + j;                           \
+    IN REAL* s = ROW_OF_A(row);                                     \
+    IN REAL* t = ROW_OF_B(row);                                     \
     REALV values[TILE_VECTORS];                                     \
     FOR_TILE_VECTORS values[v] = LOAD;                              \
     FOR_TILE_ROWS FOR_TILE_VECTORS acc[r][v] += s[r] * values[v];   \
@@ -64,15 +75,15 @@ KERNEL void weight_gradient(IN REAL* restrict a, IN REAL* restrict b, GLOBAL REA
   const int i = get_global_id(0) * TILE_ROWS, j = get_global_id(1) * COLUMNS, chunk = get_global_id(2);
   const int first = chunk * chunk_rows, end = min(first + chunk_rows, live_rows(capacity, count));
   if (i >= m || j >= n || first >= capacity) return;
-  const int top = min(i, m - TILE_ROWS);
+  const int top = PACKED ? i : min(i, m - TILE_ROWS);
   REALV acc[TILE_ROWS][TILE_VECTORS];
   FOR_TILE_ROWS FOR_TILE_VECTORS acc[r][v] = (REALV)(0);
-  if (j + COLUMNS <= n)
+  if (PACKED || j + COLUMNS <= n)
     ACCUMULATE(VLOAD(v, t))
   else
     ACCUMULATE(load_partial(t, v, n - j))
   GLOBAL REAL* out = partial + (size_t)chunk * m * n;
-  FOR_TILE_ROWS if (top + r >= i) store_columns(acc[r], out + (size_t)(top + r) * n + j, n - j);
+  FOR_TILE_ROWS if (top + r >= i && top + r < m) store_columns(acc[r], out + (size_t)(top + r) * n + j, n - j);
 }
 
 // y [taps, n, m] = the transposed sum of partial [chunks, taps, m, n].

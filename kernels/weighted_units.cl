@@ -20,6 +20,10 @@
 #ifndef LAYER_VECTORS
 #define LAYER_VECTORS 1
 #endif
+// 0: the gradient of the layer alone, where the samples are frozen.
+#ifndef SAMPLE_GRADIENT
+#define SAMPLE_GRADIENT 1
+#endif
 #define STAGED 24
 #define EACH(i, count) UNROLL for (int i = 0; i < (count); ++i)
 
@@ -39,7 +43,8 @@ KERNEL void weighted_units(IN REAL* restrict weight, IN REAL* restrict x, IN REA
   LANE sum = (LANE)(0);
   for (int i = ray * samples; i < (ray + 1) * samples; ++i) {
     if (weight[i] < threshold) continue;
-    sum += weight[i] * fmax(preactivation(x + (size_t)i * INNER, w + c, term + (size_t)ray * term_stride + c), (LANE)(0));
+    const LANE units = preactivation(x + (size_t)i * INNER, w + c, term + (size_t)ray * term_stride + c);
+    sum += weight[i] * fmax(units, (LANE)(0));
   }
   STORE(sum, y + (size_t)ray * CHANNELS + c);
 }
@@ -148,6 +153,7 @@ KERNEL void weighted_units(IN REAL* restrict weight, IN REAL* restrict x, IN REA
 // What the staged d [count, N] give to grad_x and to this chunk's grad_w.
 inline void flush(const REAL* d, const int* samples, int count, const REAL* transposed, IN REAL* x,
                   GLOBAL REAL* grad_x, GLOBAL REAL* grad_w) {
+#if SAMPLE_GRADIENT
   const int tile = 8;
   for (int first = 0; first < count; first += tile)
     for (int k = 0; k < INNER; k += INNER_LANES) {
@@ -160,6 +166,7 @@ inline void flush(const REAL* d, const int* samples, int count, const REAL* tran
       EACH(i, 8)
       if (first + i < count) *(GLOBAL INNER_LANE*)(grad_x + (size_t)samples[first + i] * INNER + k) = acc[i];
     }
+#endif
   for (int k = 0; k < INNER; k += LAYER_ROWS)
     for (int c = 0; c < CHANNELS; c += LAYER_VECTORS * LANES) {
       GLOBAL REAL* target = grad_w + k * CHANNELS + c;
@@ -186,15 +193,17 @@ KERNEL void weighted_units_gradient(IN REAL* restrict weight, IN REAL* restrict 
   if (first >= rays) return;
   GLOBAL REAL* grad_w = partial + (size_t)chunk * INNER * CHANNELS;
   for (int i = 0; i < INNER * CHANNELS; i += LANES) STORE((LANE)(0), grad_w + i);
+  INNER_LANE transposed[CHANNELS * INNER / INNER_LANES];
+#if SAMPLE_GRADIENT
   for (int i = first * samples; i < end * samples; ++i)
     if (weight[i] < threshold) {
       grad_weight[i] = 0;
       for (int k = 0; k < INNER; k += INNER_LANES)
         *(GLOBAL INNER_LANE*)(grad_x + (size_t)i * INNER + k) = (INNER_LANE)(0);
     }
-  INNER_LANE transposed[CHANNELS * INNER / INNER_LANES];
   for (int c = 0; c < CHANNELS; ++c)
     for (int k = 0; k < INNER; ++k) ((REAL*)transposed)[c * INNER + k] = w[k * CHANNELS + c];
+#endif
   LANE d[STAGED][VECTORS], of_term[VECTORS];
   EACH(v, VECTORS) of_term[v] = (LANE)(0);
   for (int i = 0; i < STAGED; ++i) EACH(v, VECTORS) d[i][v] = (LANE)(0);
@@ -218,7 +227,9 @@ KERNEL void weighted_units_gradient(IN REAL* restrict weight, IN REAL* restrict 
           of_term[v] += on;
           d[count + r][v] = on;
         }
+#if SAMPLE_GRADIENT
         grad_weight[picked[r]] = sum_lanes(dot);
+#endif
         staged[count + r] = picked[r];
       }
       count += more;

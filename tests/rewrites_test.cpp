@@ -5,6 +5,7 @@
 #include "graph_helpers.hpp"
 #include "io_helpers.hpp"
 #include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/config.hpp"
 #include "vivant/jobs/scene_trainer.hpp"
 #include "vivant/jobs/synth.hpp"
 #include "vivant/model/baked_planes.hpp"
@@ -263,6 +264,28 @@ TEST_CASE("rewrites: density first trains as the plain form whose light samples 
         CHECK(relative_error(got, expected) < 1e-4);
     }
   }
+}
+
+TEST_CASE("rewrites: what the demo preset's weight threshold leaves out hardly turns the gradients") {
+  Scene scene;
+  Graph graph;
+  const Field& field = scene.model.field();
+  const FieldSamples samples = scene.model.sample(graph, field.planes(graph), Scene::rays(graph, 1), nullptr);
+  const Values parameters = scene.parameters(graph);
+  Values outputs;
+  for (const double threshold : {0.0, preset_config("demo").scene.weight_threshold}) {
+    const RenderedRays rendered = scene.model.render(graph, samples, threshold);
+    outputs.push_back(rendered.hidden);
+    const Value loss = uneven_loss(field.colour(graph, rendered.hidden, rendered.alpha));
+    const Values gradients = differentiate(graph, loss, parameters);
+    outputs.insert(outputs.end(), gradients.begin(), gradients.end());
+  }
+  Run run(graph, outputs);
+  const std::size_t half = outputs.size() / 2;
+  CHECK(run.read(outputs[half]) != run.read(outputs[0]));
+  for (std::size_t i = 1; i < half; ++i)
+    // An angle of two degrees; the gradients of two batches differ by far more.
+    CHECK(relative_error(run.read(outputs[half + i]), run.read(outputs[i])) < 0.035);
 }
 
 TEST_CASE("rewrites: gradients gathered on the planes over ray batches are those of the summed loss") {

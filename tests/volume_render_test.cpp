@@ -38,18 +38,18 @@ TEST_CASE("volume_render agrees with an independent renderer") {
     executor.write(depth, std::span<const double>(depths));
     executor.write(colour, std::span<const double>(floats("rgb")));
     executor.run();
-    const auto worst = [&](Value value, const std::string& name) {
+    const auto relative_error = [&](Value value, const std::string& name) {
       const std::vector<double> got = executor.read_doubles(value), want = floats(name);
       REQUIRE(got.size() == want.size());
-      double error = 0, largest = 0;
+      double error = 0, size = 0;
       for (std::size_t i = 0; i < got.size(); ++i) {
-        error = std::max(error, std::abs(got[i] - want[i]));
-        largest = std::max(largest, std::abs(want[i]));
+        error += (got[i] - want[i]) * (got[i] - want[i]);
+        size += want[i] * want[i];
       }
-      return error / largest;
+      return std::sqrt(error / size);
     };
-    CHECK(worst(rendered.feature, "color") < 1e-6);
-    CHECK(worst(rendered.alpha, "opacity") < 1e-6);
-    CHECK(worst(rendered.weight, "weights") < 1e-6);
+    CHECK(relative_error(rendered.feature, "color") < 1e-6);
+    CHECK(relative_error(rendered.alpha, "opacity") < 1e-6);
+    CHECK(relative_error(rendered.weight, "weights") < 1e-6);
   }
 }

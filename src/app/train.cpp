@@ -19,6 +19,9 @@ void run(const Globals& globals, Arguments& arguments) {
       throw UsageError(
           "--resume goes on with the run's own capture, settings and styles: leave CAPTURE, --preset, "
           "--config, --set and --styles out");
+    if (options.print_plan || !options.dot.empty())
+      throw UsageError(
+          "--print-plan and --dot draw what a new run would train: give a CAPTURE, not --resume");
   } else {
     if (options.capture.empty()) throw UsageError("train needs a CAPTURE, or --resume to go on with a run");
     options.config = load_config(

@@ -86,7 +86,9 @@ void read_human(const json& whole, const std::string& file, const fs::path& fold
 void read_body_frame(const Fields& fields, const Capture& capture, CaptureFrame& frame) {
   if (!capture.human) return;
   const auto row = fields.number("body_frame");
-  if (!row) return;
+  if (!row)
+    fail("{}: no 'body_frame': with a 'human' every frame needs one; leave out frames without the person",
+         fields.where());
   const int count = capture.human->poses.frame_count();
   if (*row != std::floor(*row) || *row < 0 || *row >= count) {
     fail("{}: 'body_frame' is {}, the poses have {} frames", fields.where(), *row, count);
@@ -165,10 +167,6 @@ Capture load_capture(const fs::path& path, PictureCheck check) {
     const Fields fields(where, entry, whole);
     capture.frames.push_back(read_frame(fields, folder, check));
     read_body_frame(fields, capture, capture.frames.back());
-  }
-  if (capture.human && std::none_of(capture.frames.begin(), capture.frames.end(),
-                                    [](const CaptureFrame& frame) { return frame.body_frame >= 0; })) {
-    fail("{}: it has a 'human', but no frame has a 'body_frame'", file);
   }
   if (const auto points = global.text("ply_file_path")) capture.points = read_ply(folder / *points);
   read_splits(whole, file, capture);

@@ -20,7 +20,7 @@ std::vector<float> hidden_patch_of(const FeatureView& view, const cv::Rect& patc
 /// Adam on psi and the decoder, with the run's settings.
 Optimizer::Options adam_on(const Config& config, const Stylizer& stylizer);
 
-/// A step of L_v (specification 4, stage 2) on a patch: the error of the rendered features, and of the image
+/// A step of L_v on a patch: the error of the rendered features, and of the image
 /// that psi and the decoder make of them, to the true picture.
 class FeatureStep {
  public:

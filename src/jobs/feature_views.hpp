@@ -8,7 +8,7 @@
 namespace vivant {
 
 /// What the fields render from one camera, kept on the host: while the fields are frozen, the stages that
-/// follow need no more of them (specification 4).
+/// follow need no more of them.
 struct FeatureView {
   int frame = -1;  ///< of the capture; -1 for a view that no picture shows
   cv::Mat rgb;     ///< CV_32FC3 in [0, 1], sides are multiples of 4: the outermost pixels go on

@@ -38,6 +38,7 @@ std::unique_ptr<HumanStep> HumanTrainer::make_step(std::int64_t capacity) {
 
 void HumanTrainer::run(std::int64_t step) {
   larger_.reset();
+  if (reported_step_ < 0) reported_step_ = step;
   usual_->run(step);
   last_step_ = step;
 }
@@ -73,7 +74,9 @@ StepReport HumanTrainer::report(std::int64_t step) {
   StepReport report;
   report.step = step;
   report.loss = latest().loss();
-  report.rays = static_cast<double>(config_.human.rays * config_.human.batches_per_step);
+  report.rays =
+      static_cast<double>((step - reported_step_) * config_.human.rays * config_.human.batches_per_step);
+  reported_step_ = step;
   report.more = latest().terms();
   return report;
 }

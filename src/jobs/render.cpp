@@ -10,6 +10,10 @@
 
 namespace vivant {
 void render(Device& device, const RenderOptions& options, Progress& progress) {
+  for (const char* other : {".avi", ".mov", ".mkv", ".webm", ".gif", ".png", ".jpg"})
+    if (options.output.extension() == other)
+      throw UsageError(
+          fmt::format("-o {}: films are .mp4 files, or folders of pictures", options.output.string()));
   const OpenRun run = open_run(device, options.run, progress);
   std::optional<OpenRun> other;
   if (!options.scene.empty()) other.emplace(open_run(device, options.scene, progress));

@@ -81,14 +81,44 @@ struct OuterSum final : Op {
     const std::int64_t in_cache = (1 << 17) / (a.channels() + b.channels());  // half a MiB of both operands
     return chunk_length(a.rows(), std::max<std::int64_t>(64, in_cache), 128);
   }
+  /// Whether partial sums over chunks of rows would weigh as much as the operands: then these are packed and
+  /// multiplied in one go.
+  static bool packs(const Shape& a, const Shape& b) {
+    const std::int64_t m = a.channels(), n = b.channels();
+    return m * n >= 1 << 12 && a.rows() * (m + n) <= 2 * m * n;
+  }
   TensorTypes workspaces(const TensorTypes& in) const override {
     const Shape &a = in[0].shape, &b = in[1].shape;
+    if (packs(a, b)) {
+      const std::int64_t rows = a.rows(), panel = panel_width(b.channels()), most_tile_rows = 14;
+      return {{DType::real, {rows, a.channels() + most_tile_rows}},
+              {DType::real, {(b.channels() + panel - 1) / panel, rows, panel}}};
+    }
     const std::int64_t chunks = (a.rows() + chunk_rows(a, b) - 1) / chunk_rows(a, b);
     return {{DType::real, {chunks, a.channels(), b.channels()}}};
   }
   bool accepts_counts() const override { return true; }
+  void launch_packed(Launch& launch) const {
+    const Tensor &x = launch.in(0), &y = launch.in(1), &a = launch.workspace(0), &b = launch.workspace(1);
+    const std::int64_t rows = x.rows(), m = x.channels(), n = y.channels(), panel = b.channels();
+    const Tile tile = choose_tile(launch, panel);
+    const auto pack = [&](const Tensor& from, const Tensor& to, std::int64_t width) {
+      launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", 0}})
+          .args(from, to, 1, rows, from.channels(), width, launch.count_of(x))
+          .run({static_cast<std::size_t>(rows), tiles(from.channels(), width), 1}, {16, 1, 1});
+    };
+    pack(x, a, tile.rows);
+    pack(y, b, panel);
+    launch
+        .kernel("linear.cl", "weight_gradient",
+                {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"PANEL", panel}, {"PACKED", 1}})
+        .args(a, b, launch.out(), rows, m, n, rows, launch.count_of(x))
+        .run({tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()), 1},
+             launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
+  }
   void launch(Launch& launch) const override {
     const Tensor &x = launch.in(0), &y = launch.in(1);
+    if (packs(x.shape(), y.shape())) return launch_packed(launch);
     const bool swap = vectors_suit_first(x.channels(), y.channels());
     const Tensor &a = swap ? y : x, &b = swap ? x : y;
     const std::int64_t m = a.channels(), n = b.channels(), chunk = chunk_rows(x.shape(), y.shape());

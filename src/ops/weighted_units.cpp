@@ -7,6 +7,9 @@
 namespace vivant {
 namespace {
 
+/// The least weight that counts; without a threshold every weight does.
+double least_weight(double threshold) { return threshold > 0 ? threshold : -1e30; }
+
 constexpr std::int64_t shortest_chunk = 8, most_chunks = 256;  // rays of one work-item of the gradient
 
 std::int64_t largest_divisor(std::int64_t n, std::int64_t most) {
@@ -15,23 +18,30 @@ std::int64_t largest_divisor(std::int64_t n, std::int64_t most) {
 }
 
 /// A kernel for x [R S, C] and units [R, N].
-Launch::Call kernel(Launch& launch, const char* function, const Lanes& lanes, std::int64_t inner) {
+Launch::Call kernel(Launch& launch, const char* function, const Lanes& lanes, std::int64_t inner,
+                    bool of_samples = true) {
   constexpr std::int64_t accumulators = 24;  // of the 32 vector registers
   return launch.kernel("weighted_units.cl", function,
                        {{"CHANNELS", lanes.channels},
                         {"LANES", lanes.lanes},
                         {"INNER", inner},
+                        {"SAMPLE_GRADIENT", of_samples ? 1 : 0},
                         {"INNER_LANES", std::min<std::int64_t>(16, inner & -inner)},
                         {"GROUP", std::clamp<std::int64_t>(accumulators / lanes.vectors(), 1, 12)},
                         {"LAYER_ROWS", largest_divisor(inner, 4)},
                         {"LAYER_VECTORS", largest_divisor(lanes.vectors(), 4)}});
 }
 
-/// Inputs: weight, x, w, term, gradient of y. Outputs: the gradients of the first four.
+/// Inputs: weight, x, w, term, gradient of y. Outputs: the gradients of the first four, or of w and term
+/// alone
+/// (`of_samples` false).
 struct Gradient final : Op {
-  explicit Gradient(double threshold) : threshold(threshold) {}
+  Gradient(double threshold, bool of_samples) : threshold(threshold), of_samples(of_samples) {}
   std::string_view name() const override { return "weighted_units_gradient"; }
-  TensorTypes infer(const TensorTypes& in) const override { return {in[0], in[1], in[2], in[3]}; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    if (!of_samples) return {in[2], in[3]};
+    return {in[0], in[1], in[2], in[3]};
+  }
   TensorTypes workspaces(const TensorTypes& in) const override {
     const std::int64_t chunks = chunks_of(in[0].shape[0], shortest_chunk, most_chunks);
     return {{DType::real, {chunks, in[2].shape[0], in[2].shape[1]}}, {DType::real, {chunks, in[2].shape[1]}}};
@@ -41,29 +51,38 @@ struct Gradient final : Op {
     const Tensor &grad_y = launch.in(4), &partial = launch.workspace(0), &partial_term = launch.workspace(1);
     const Lanes lanes(launch, w[1]);
     const bool per_ray = term.shape().rank() == 2;
-    const Tensor& grad_term = per_ray ? launch.out(3) : partial_term;
+    const Tensor none, &grad_weight = of_samples ? launch.out(0) : none,
+                       &grad_x = of_samples ? launch.out(1) : none;
+    const int layer = of_samples ? 2 : 0;
+    const Tensor& grad_term = per_ray ? launch.out(layer + 1) : partial_term;
     const std::int64_t rays = weight[0], samples = weight[1], stride = per_ray ? w[1] : 0;
     const std::int64_t chunk = chunk_length(rays, shortest_chunk, most_chunks);
     if (launch.gpu()) {
-      kernel(launch, "weighted_units_sample_gradient", lanes, w[0])
-          .args(weight, x, w, term, grad_y, launch.out(0), launch.out(1), rays, samples, stride, threshold)
-          .run({static_cast<std::size_t>(rays * samples), 1, 1}, {64, 1, 1});
+      if (of_samples)
+        kernel(launch, "weighted_units_sample_gradient", lanes, w[0])
+            .args(weight, x, w, term, grad_y, grad_weight, grad_x, rays, samples, stride,
+                  least_weight(threshold))
+            .run({static_cast<std::size_t>(rays * samples), 1, 1}, {64, 1, 1});
       kernel(launch, "weighted_units_layer_gradient", lanes, w[0])
-          .args(weight, x, w, term, grad_y, grad_term, partial, rays, samples, stride, threshold, chunk)
+          .args(weight, x, w, term, grad_y, grad_term, partial, rays, samples, stride,
+                least_weight(threshold), chunk)
           .run(lanes.items(partial[0]), lanes.group());
     } else {
-      kernel(launch, "weighted_units_gradient", lanes, w[0])
-          .args(weight, x, w, term, grad_y, launch.out(0), launch.out(1), grad_term, partial, rays, samples,
-                stride, threshold, chunk)
+      kernel(launch, "weighted_units_gradient", lanes, w[0], of_samples)
+          .args(weight, x, w, term, grad_y, grad_weight, grad_x, grad_term, partial, rays, samples, stride,
+                least_weight(threshold), chunk)
           .run({static_cast<std::size_t>(partial[0]), 1, 1}, {1, 1, 1});
     }
-    reduce_partials(launch, partial, launch.out(2), partial[0], w.elements());
-    if (!per_ray) reduce_partials(launch, partial_term, launch.out(3), partial[0], w[1]);
+    reduce_partials(launch, partial, launch.out(layer), partial[0], w.elements());
+    if (!per_ray) reduce_partials(launch, partial_term, launch.out(layer + 1), partial[0], w[1]);
   }
+  /// As if no sample were left out: the host does not know how many are.
   double flops(const TensorTypes& in, const TensorTypes&) const override {
-    return 6.0 * static_cast<double>(in[1].shape.elements()) * static_cast<double>(in[2].shape[1]);
+    return (of_samples ? 6.0 : 4.0) * static_cast<double>(in[1].shape.elements()) *
+           static_cast<double>(in[2].shape[1]);
   }
   const double threshold;
+  const bool of_samples;
 };
 
 struct WeightedUnits final : Op {
@@ -87,15 +106,17 @@ struct WeightedUnits final : Op {
     const std::int64_t rays = weight[0];
     kernel(launch, "weighted_units", lanes, w[0])
         .args(weight, x, w, term, launch.out(), rays, weight[1], term.shape().rank() == 2 ? w[1] : 0,
-              threshold)
+              least_weight(threshold))
         .run(launch.gpu() ? lanes.items(rays)
                           : std::array<std::size_t, 3>{static_cast<std::size_t>(rays), 1, 1},
              launch.gpu() ? lanes.group() : std::array<std::size_t, 3>{1, 1, 1});
   }
   Values gradient(const GradientRequest& request) const override {
     const Values& in = request.in;
-    return request.graph.record(std::make_shared<Gradient>(threshold),
-                                {in[0], in[1], in[2], in[3], request.grad()});
+    const bool of_samples = request.needed[0] || request.needed[1];
+    const Values grads = request.graph.record(std::make_shared<Gradient>(threshold, of_samples),
+                                              {in[0], in[1], in[2], in[3], request.grad()});
+    return of_samples ? grads : Values{Value{}, Value{}, grads[0], grads[1]};
   }
   double flops(const TensorTypes& in, const TensorTypes&) const override {
     return 2.0 * static_cast<double>(in[1].shape.elements()) * static_cast<double>(in[2].shape[1]);

@@ -38,7 +38,8 @@ const Register registration(OpCase{
                    {{97, 39, 64, -1, 1}, {{"activation", "softplus"}}},
                    {{150, 20, 48, 101, 1}, {{"activation", "softplus"}}},
                    {{700, 5, 3, 0, 1}},
-                   {{67, 5, 19, 41, 67}}},
+                   {{67, 5, 19, 41, 67}},
+                   {{29, 65, 67, 23, 1}}},  // the weight gradient packs its operands
     .inputs = inputs,
     .reference = reference,
     .benchmark = {{196608, 128, 128, -1, 1}},

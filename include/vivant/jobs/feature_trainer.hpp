@@ -7,7 +7,7 @@
 
 namespace vivant {
 
-/// Stage 2 (specification 4): the fields' hidden units are frozen, their 128 -> 256 layers learn to render
+/// Stage 2: the fields' hidden units are frozen, their 128 -> 256 layers learn to render
 /// VGG-19's relu3_1, psi and the decoder to turn that into the picture. The layers start at the least-squares
 /// fit, which is all that a frozen linear map can reach of the feature error. With features.hidden = trained
 /// features have hidden layers of their own, which start as copies of the frozen ones and learn as well;

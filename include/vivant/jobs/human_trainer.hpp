@@ -9,7 +9,7 @@ namespace vivant {
 /// How the rays of the training are traced.
 HumanRayOptions human_ray_options(const Config& config);
 
-/// Trains the person's field over a known background (specification 4, stage 1): half of the rays on the
+/// Trains the person's field over a known background: half of the rays on the
 /// person, half in a box around, frames mixed. A batch whose samples do not fit into the memory planned for
 /// them is repeated with more.
 class HumanTrainer final : public StageTrainer {
@@ -46,7 +46,8 @@ class HumanTrainer final : public StageTrainer {
   const HumanModel& model_;
   HumanRays rays_;
   CanonicalPoints points_;
-  std::int64_t most_samples_ = 0, capacity_ = 0, last_step_ = -1, repeated_steps_ = 0;
+  std::int64_t most_samples_ = 0, capacity_ = 0, last_step_ = -1, repeated_steps_ = 0,
+               reported_step_ = -1;
   std::unique_ptr<HumanStep> usual_, larger_;  // larger_: only while the last step is one that was repeated
   std::optional<TrainingFailure> failure_;
 };

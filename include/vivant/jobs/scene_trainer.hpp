@@ -9,7 +9,7 @@
 
 namespace vivant {
 
-/// Trains the scene field on the pixels outside of the person (specification 4, stage 1): mean squared error
+/// Trains the scene field on the pixels outside of the person: mean squared error
 /// of random pixels, several ray batches per pass of the U-Nets.
 class SceneTrainer final : public StageTrainer {
  public:

@@ -8,7 +8,7 @@
 
 namespace vivant {
 
-/// Stage 3 (specification 4): the fields are frozen; psi and the decoder are tuned on what they render of
+/// Stage 3: the fields are frozen; psi and the decoder are tuned on what they render of
 /// training views, an orbit and novel poses, with AdaAttN's losses over many paintings. Every third step
 /// takes stage 2's loss, so that content stays readable.
 class StyleTrainer final : public StageTrainer {

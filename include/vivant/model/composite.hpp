@@ -6,7 +6,7 @@ namespace vivant {
 
 /// The length that a sample stands for once two fields' samples are merged.
 enum class Intervals {
-  own,    ///< of its own ray: a field without density changes nothing (specification 2)
+  own,    ///< of its own ray: a field without density changes nothing
   merged  ///< to the next sample of either field, the paper's letter: empty samples of the person thin the
           ///< wall behind
 };

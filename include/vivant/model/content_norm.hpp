@@ -4,7 +4,7 @@
 
 namespace vivant {
 
-/// The running statistics of norm(c) over what a capture's fields render (specification 6, "Normalisation"):
+/// The running statistics of norm(c) over what a capture's fields render:
 /// learned once, then the same for every frame, view and tile, so that nothing flickers. Parameters
 /// `content_norm.feature_mean` [256], `.feature_deviation` [256], `.luma_mean` [1] and `.luma_deviation` [1],
 /// which no optimizer trains.

@@ -9,7 +9,7 @@
 
 namespace vivant {
 
-/// Where the features of a field's points come from (specification 1 and its ablations).
+/// Where the features of a field's points come from (the paper and its ablations).
 enum class Encoding {
   full,      ///< tri-planes from U-Nets on the encoded voxels of the whole box: the paper
   occupied,  ///< the same, the voxels near sparse points or the body's surface alone
@@ -52,11 +52,12 @@ enum class Output {
   hidden    ///< [R, 129] of a field: the units of features and alpha, in which features are linear
 };
 
-/// A radiance field on geometry-guided tri-planes (specification 1 and 2): points in [-1, 1]^3 to density and
+/// A radiance field on geometry-guided tri-planes: points in [-1, 1]^3 to density and
 /// to 128 hidden units, which are rendered before the last linear layer is applied (render, then project:
 /// exact, since that layer is linear and its bias is multiplied by the accumulated alpha).
 ///
-/// Parameters: `<name>.unet_xy|xz|yz...` or `<name>.planes`, `<name>.density`, `<name>.hidden`,
+/// Parameters: `<name>.unet_xy|xz|yz...` or `<name>.planes` (and `planes2`, `planes4`, ...),
+/// `<name>.density`, `<name>.hidden`,
 /// `<name>.direction`, `<name>.colour`, `<name>.feature`; with FieldOptions::feature_hidden
 /// `<name>.feature_hidden` and `<name>.feature_direction`, which take the place of the hidden layer's for
 /// every output but colours.

@@ -3,7 +3,7 @@
 
 namespace vivant {
 
-// The losses of the human field (specification 4). All are scalars [1]; rays R, points N.
+// The losses of the human field. All are scalars [1]; rays R, points N.
 
 /// mean |colour + (1 - alpha) background - target|: the person over a known background, on all rays, so that
 /// pixels beside the person count as well. colour, background, target [R, 3]; alpha [R, 1].
@@ -25,8 +25,7 @@ struct BodyLabels {
 BodyLabels body_labels(Value signed_distance, double inside_band, double outside_band);
 
 /// L_smpl: mean of |1 - s| over inside points and |s| over outside points. s is the opacity 1 - exp(-density
-/// length) of a length in metres, or with length 0 the density itself (the paper's print; see specification
-/// 6).
+/// length) of a length in metres, or with length 0 the density itself (as the paper prints it).
 Value body_loss(Value density, const BodyLabels& labels, double length);
 
 /// L_edge: the two-valued penalty on the alpha of lines through the canonical box. density [L S, 1] of S

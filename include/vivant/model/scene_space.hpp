@@ -29,7 +29,7 @@ struct SceneSpaceOptions {
 /// - contraction: sparse points without a given scene box; the radius holds three quarters of the points
 /// around their median;
 /// - box: the scene box; a given one holds all there is: what lies beyond appears on its walls;
-/// - shell: the camera only rotates, so that depth cannot be seen: a thin far shell (experiments: 25.0 dB
+/// - shell: the camera only rotates, so that depth cannot be seen: a thin far shell (measured: 25.0 dB
 /// against 22.3
 ///   for the best volume), behind everything that the human field holds.
 SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options);

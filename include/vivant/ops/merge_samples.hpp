@@ -5,7 +5,7 @@ namespace vivant {
 
 /// The order of two fields' samples on the same rays by depth: depths_a [R, A] and depths_b [R, B], each
 /// ascending, -> i32 [R, A + B], indices into a's then b's samples; at equal depths a comes first. Not
-/// differentiable: gradients go through the fixed permutation (specification 2).
+/// differentiable: gradients go through the fixed permutation.
 Value merge_order(Value depths_a, Value depths_b);
 
 /// Values of the samples, a [R, A] and b [R, B], in the merged order: [R, A + B].

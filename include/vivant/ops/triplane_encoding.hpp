@@ -3,7 +3,7 @@
 
 namespace vivant {
 
-/// The encoded voxels of the box [-1, 1]^3 averaged on three planes (specification 1.1 and 1.2), in closed
+/// The encoded voxels of the box [-1, 1]^3 averaged on three planes, in closed
 /// form: [3, size, size, D], D = 3 (1 + 2 L), planes as in triplane_sample, channels as in
 /// positional_encoding. With `occupied` points [P, 3], the centres of occupied voxels, D + 1 + D channels:
 /// then the occupancy and the average over occupied voxels alone follow. No gradient: it depends on nothing
