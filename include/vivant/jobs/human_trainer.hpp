@@ -46,8 +46,7 @@ class HumanTrainer final : public StageTrainer {
   const HumanModel& model_;
   HumanRays rays_;
   CanonicalPoints points_;
-  std::int64_t most_samples_ = 0, capacity_ = 0, last_step_ = -1, repeated_steps_ = 0,
-               reported_step_ = -1;
+  std::int64_t most_samples_ = 0, capacity_ = 0, last_step_ = -1, repeated_steps_ = 0, reported_step_ = -1;
   std::unique_ptr<HumanStep> usual_, larger_;  // larger_: only while the last step is one that was repeated
   std::optional<TrainingFailure> failure_;
 };
