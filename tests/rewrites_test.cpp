@@ -1,4 +1,5 @@
 // The exact rewrites that make training and rendering fast, each against its plain form on small fields.
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -241,8 +242,8 @@ TEST_CASE("rewrites: density first trains as the plain form whose light samples 
       Run run(graph, {quick.weight});
       weights = run.read(quick.weight);
     }
-    std::vector<double> heavy;
-    for (const float weight : weights) heavy.push_back(weight > threshold);
+    std::vector<double> heavy(weights.size());
+    std::transform(weights.begin(), weights.end(), heavy.begin(), [](float w) { return w > threshold; });
     CHECK(std::count(heavy.begin(), heavy.end(), 0.0) > 100);
     const Value masked = multiply(quick.weight, graph.constant(quick.weight.shape(), heavy));
     const Value plain = weighted_sum(masked, scene.model.hidden(graph, samples));
