@@ -10,6 +10,7 @@
 #include "vivant/model/canonical_points.hpp"
 #include "vivant/model/human_losses.hpp"
 #include "vivant/model/human_renderer.hpp"
+#include "vivant/ops/loss.hpp"
 
 using namespace vivant;
 using Eigen::Vector3d;
@@ -207,8 +208,8 @@ TEST_CASE("human_losses: each is zero at its aim and as large as it should be el
       body_loss(solid, labels, 0.01),
       body_loss(wrong, labels, 0.01),
       body_loss(rows({1.5, 7, 0.25}, 1), labels, 0),
-      composite_loss(rows({0.2, 0.2, 0.2}, 3), rows({0.5}, 1), rows({0.4, 0.6, 0.8}, 3),
-                     rows({0.4, 0.5, 0.8}, 3)),
+      l1_loss(over_background(rows({0.2, 0.2, 0.2}, 3), rows({0.5}, 1), rows({0.4, 0.6, 0.8}, 3)),
+              rows({0.4, 0.5, 0.8}, 3)),
       masked_colour_loss(rows({1, 1, 1, 0.5, 0.5, 0.5}, 3), rows({0, 1}, 1),
                          rows({0, 0, 0, 0.2, 0.5, 0.5}, 3)),
       alpha_loss(rows({0.25, 0.25}, 1), rows({1, 0}, 1)),

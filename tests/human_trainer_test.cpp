@@ -3,25 +3,13 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "io_helpers.hpp"
+#include "small_capture.hpp"
 #include "vivant/jobs/capture_model.hpp"
-#include "vivant/jobs/synth.hpp"
 #include "vivant/model/human_renderer.hpp"
 
 using namespace vivant;
 
 namespace {
-
-constexpr int width = 64, height = 48;
-
-const Capture& small_capture() {
-  static const TemporaryFolder folder;
-  static const Capture capture = [] {
-    synthesise({.output = folder.path(), .frames = 9, .width = width, .height = height, .motion = {}});
-    return load_capture(folder.path());
-  }();
-  return capture;
-}
 
 Config small_config() {
   return load_config("demo", std::nullopt,
@@ -87,14 +75,14 @@ Agreement agreement(Training& training) {
   const PersonView view =
       renderer.render(capture.frames[frame].camera, captured_state(human, capture, frame));
   const cv::Mat image = capture.image(frame), mask = capture.mask(frame) >= 128;
-  cv::Mat silhouette = cv::Mat::zeros(height, width, CV_8UC1);
-  cv::Mat drawn(height, width, CV_8UC3, cv::Scalar::all(128));
+  cv::Mat silhouette = cv::Mat::zeros(image.size(), CV_8UC1);
+  cv::Mat drawn(image.size(), CV_8UC3, cv::Scalar::all(128));
   for (int y = 0; y < view.window.height; ++y)
     for (int x = 0; x < view.window.width; ++x)
       if (view.alpha[static_cast<std::size_t>(y) * view.window.width + x] >= 0.5f)
         silhouette.at<std::uint8_t>(view.window.y + y, view.window.x + x) = 255;
   view.draw_over(drawn);
-  const cv::Mat flat(height, width, CV_8UC3, cv::mean(image, mask));
+  const cv::Mat flat(image.size(), CV_8UC3, cv::mean(image, mask));
   return {static_cast<double>(cv::countNonZero(mask & silhouette)) / cv::countNonZero(mask | silhouette),
           cv::norm(drawn, image, cv::NORM_L1, mask) / cv::norm(flat, image, cv::NORM_L1, mask)};
 }
@@ -137,7 +125,14 @@ TEST_CASE("human_trainer: a synthetic walker is learned, as a held-out frame sho
   const Agreement before = agreement(training);
   CHECK(before.overlap < 0.4);
   CHECK(before.error > 2);
-  training.run(0, training.trainer.steps());
+  training.run(0, 1);
+  const double psnr_before = *training.trainer.report(1).psnr;
+  training.run(1, training.trainer.steps());
+  const StepReport last = training.trainer.report(training.trainer.steps());
+  const double mean = last.more.at("colour");  // absolute error: its square is at most the mean square
+  CHECK(*last.psnr > psnr_before + 6);
+  CHECK(*last.psnr <= -20 * std::log10(mean));
+  CHECK(*last.psnr >= -10 * std::log10(mean));  // colours differ by at most 1
   const Agreement after = agreement(training);
   CHECK(after.overlap > 0.8);
   CHECK(after.error < 1);

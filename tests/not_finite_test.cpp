@@ -2,13 +2,12 @@
 // to that of a training that ends there, and gone on from to the same end.
 #include <functional>
 
-#include "io_helpers.hpp"
+#include "small_capture.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/jobs/feature_trainer.hpp"
 #include "vivant/jobs/human_trainer.hpp"
 #include "vivant/jobs/scene_trainer.hpp"
 #include "vivant/jobs/style_trainer.hpp"
-#include "vivant/jobs/synth.hpp"
 #include "vivant/model/composite_renderer.hpp"
 
 using namespace vivant;
@@ -16,15 +15,6 @@ using namespace vivant;
 namespace {
 
 constexpr int reported = 6, steps_before = 100;
-
-const Capture& small_capture() {
-  static const TemporaryFolder folder;
-  static const Capture capture = [] {
-    synthesise({.output = folder.path(), .frames = 9, .width = 64, .height = 48, .motion = {}});
-    return load_capture(folder.path());
-  }();
-  return capture;
-}
 
 /// A folder with one small painting.
 const std::filesystem::path& painting() {

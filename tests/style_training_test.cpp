@@ -3,25 +3,15 @@
 #include <cmath>
 #include <map>
 
-#include "io_helpers.hpp"
 #include "jobs/feature_step.hpp"
+#include "small_capture.hpp"
 #include "vivant/io/assets.hpp"
 #include "vivant/jobs/feature_trainer.hpp"
 #include "vivant/jobs/style_trainer.hpp"
-#include "vivant/jobs/synth.hpp"
 
 using namespace vivant;
 
 namespace {
-
-const Capture& small_capture() {
-  static const TemporaryFolder folder;
-  static const Capture capture = [] {
-    synthesise({.output = folder.path(), .frames = 9, .width = 64, .height = 48, .motion = {}});
-    return load_capture(folder.path());
-  }();
-  return capture;
-}
 
 Config small_config(const std::string& hidden) {
   return load_config(
@@ -186,6 +176,9 @@ TEST_CASE("style_trainer: psi and the decoder alone learn, with finite losses, r
   const auto [first, last] = Small::run(*a.style_trainer(), a.config.style.steps);
   for (const auto& [name, loss] : last.more) CHECK(std::isfinite(loss));
   CHECK(last.more.at("global") > 0);
+  CHECK_FALSE(first.psnr);  // the third step is the first one that reconstructs
+  CHECK(*last.psnr > 10);
+  CHECK(*last.psnr < 40);
   const auto after = a.parameters();
   check_changed(before, after, {"stylizer.psi", "stylizer.decoder"});
 

@@ -3,10 +3,10 @@
 import torch
 import torch.nn.functional as F
 
-from protocol import vgg_input, vgg_weights
+from protocol import POOLED_BEFORE, vgg_input, vgg_weights
+from work import FAR, NEAR
 
 RATE, BETAS, EPSILON = 1e-4, (0.9, 0.99), 1e-8
-POOLED_BEFORE = {"2_1", "3_1", "4_1", "5_1"}
 
 
 def image_of(x):
@@ -232,7 +232,6 @@ class UNet:
 
 
 class SceneStep:
-    NEAR, FAR = 1.2, 3.2
 
     def __init__(self, request, t, rewritten):
         self.t, self.samples = t, request["samples"]
@@ -249,7 +248,7 @@ class SceneStep:
 
     def __call__(self):
         t = self.t
-        near, far = (t["origins"].new_full((len(t["origins"]), 1), d) for d in (self.NEAR, self.FAR))
+        near, far = (t["origins"].new_full((len(t["origins"]), 1), d) for d in (NEAR, FAR))
         points, _, deltas = samples_on(t["origins"], t["directions"], near, far, self.samples)
         features = sample_planes(self.planes(), points)
         density = self.heads.density(features).view(deltas.shape)
@@ -276,7 +275,7 @@ class Frame:
 
     def tile(self, origins, directions, near, far):
         encoded = encode(directions, 4)
-        whole = [torch.full_like(near, d) for d in (SceneStep.NEAR, SceneStep.FAR)]
+        whole = [torch.full_like(near, d) for d in (NEAR, FAR)]
         features, density, depths, deltas = {}, [], [], []
         for name, (a, b) in {"scene": whole, "human": (near, far)}.items():
             points, depth, delta = samples_on(origins, directions, a, b, self.samples)

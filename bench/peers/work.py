@@ -2,6 +2,7 @@
 
 TORCH, JAX, ONEDNN, OPENBLAS = "torch", "jax", "oneDNN", "OpenBLAS"
 FRAMEWORKS = [TORCH, JAX]
+NEAR, FAR = 1.2, 3.2  # depths between which rays are sampled
 REWRITTEN = [f"{peer} (rewritten)" for peer in FRAMEWORKS]
 
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "vivant/jobs/psnr.hpp"
 #include "vivant/model/composite_renderer.hpp"
 
 namespace vivant {
@@ -20,7 +21,7 @@ double psnr(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
       count += 3;
     }
   if (count == 0) fail("psnr: no pixel to compare");
-  return -10 * std::log10(std::max(1e-12, squares / static_cast<double>(count)));
+  return psnr_of(squares / static_cast<double>(count));
 }
 
 double ssim(const cv::Mat& a, const cv::Mat& b) {

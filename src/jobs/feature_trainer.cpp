@@ -1,12 +1,12 @@
 #include "vivant/jobs/feature_trainer.hpp"
 
 #include <Eigen/Cholesky>
-#include <cmath>
 
 #include "jobs/feature_step.hpp"
 #include "jobs/style_preview.hpp"
 #include "jobs/vgg_measurement.hpp"
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/psnr.hpp"
 
 namespace vivant {
 namespace {
@@ -132,7 +132,7 @@ StepReport FeatureTrainer::report(std::int64_t step) {
   const FeatureStep::Losses losses = state_->step.losses();
   return {.step = step,
           .loss = losses.total,
-          .psnr = -10 * std::log10(std::max(1e-12, losses.rgb)),
+          .psnr = psnr_of(losses.rgb),
           .more = {{"feature", losses.feature}, {"vgg", losses.vgg}, {"rgb", losses.rgb}}};
 }
 

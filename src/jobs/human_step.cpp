@@ -44,7 +44,7 @@ HumanStep::HumanStep(Device& device, const Config& config, ParameterStore& store
                          .groups = group_count,
                          .adam = {.beta1 = config.training.adam_beta1, .beta2 = config.training.adam_beta2},
                          .overflow = overflow_});
-  Values outputs = {loss_};
+  Values outputs = {loss_, squared_error_};
   for (const auto& [name, term] : terms_) outputs.push_back(term);
   executor_ = std::make_unique<Executor>(device, graph_, outputs);
 }
@@ -77,11 +77,13 @@ void HumanStep::loss_of_rays(Value planes, std::int64_t capacity) {
 
   const Value mask = image_gather(rays_.masks(graph_), rays),
               target = image_gather(rays_.colours(graph_), rays);
-  if (human.colour_loss == "composite")
-    add_term("colour", composite_loss(colour, alpha, image_gather(rays_.backgrounds(graph_), rays), target),
-             1);
-  else
-    add_term("colour", masked_colour_loss(colour, mask, target), 1);
+  const Value composite = over_background(colour, alpha, image_gather(rays_.backgrounds(graph_), rays));
+  squared_error_ = l2_loss(composite, target);
+  // On all rays, so that pixels beside the person count as well; or the paper's.
+  add_term("colour",
+           human.colour_loss == "composite" ? l1_loss(composite, target)
+                                            : masked_colour_loss(colour, mask, target),
+           1);
   if (human.mask_weight > 0) add_term("mask", l1_loss(alpha, mask), human.mask_weight);
   if (human.alpha_weight > 0)
     add_term("alpha", multiply(alpha_loss(alpha, mask), alpha_decay_), human.alpha_weight);
@@ -147,6 +149,7 @@ void HumanStep::run(std::int64_t step) {
 }
 
 double HumanStep::loss() { return executor_->read(loss_)[0]; }
+double HumanStep::squared_error() { return executor_->read(squared_error_)[0]; }
 
 std::map<std::string, double> HumanStep::terms() {
   std::map<std::string, double> values;

@@ -4,6 +4,7 @@
 
 #include "vivant/io/image.hpp"
 #include "vivant/jobs/capture_model.hpp"
+#include "vivant/jobs/psnr.hpp"
 
 namespace vivant {
 
@@ -74,6 +75,7 @@ StepReport HumanTrainer::report(std::int64_t step) {
   StepReport report;
   report.step = step;
   report.loss = latest().loss();
+  report.psnr = psnr_of(latest().squared_error());
   report.rays =
       static_cast<double>((step - reported_step_) * config_.human.rays * config_.human.batches_per_step);
   reported_step_ = step;

@@ -1,11 +1,10 @@
 #include "vivant/jobs/pretrain_stylizer.hpp"
 
-#include <cmath>
-
 #include "jobs/stylizer_preview.hpp"
 #include "jobs/stylizer_training.hpp"
 #include "vivant/io/safetensors.hpp"
 #include "vivant/jobs/interrupt.hpp"
+#include "vivant/jobs/psnr.hpp"
 #include "vivant/jobs/stage.hpp"
 
 namespace vivant {
@@ -50,7 +49,7 @@ class Pretraining {
       average += step.error() / report_every;
       if ((i + 1) % report_every == 0) {
         check(step.failure());
-        progress_.report({.step = i + 1, .psnr = -10 * std::log10(average)});
+        progress_.report({.step = i + 1, .psnr = psnr_of(average)});
         average = 0;
       }
       after("inversion", i + 1, options_.inversion_steps);
@@ -81,7 +80,7 @@ class Pretraining {
         const std::array<double, 6> losses = style.losses();
         progress_.report({.step = i + 1,
                           .loss = losses[0],
-                          .psnr = -10 * std::log10(reconstruction.error()),
+                          .psnr = psnr_of(reconstruction.error()),
                           .more = {{"global", losses[0]},
                                    {"first_layer", losses[1]},
                                    {"local", losses[2]},

@@ -1,8 +1,7 @@
 #include "vivant/jobs/scene_trainer.hpp"
 
-#include <cmath>
-
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/psnr.hpp"
 #include "vivant/model/view_renderer.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
@@ -118,7 +117,7 @@ StepReport SceneTrainer::report(std::int64_t step) {
   StepReport report;
   report.step = step;
   report.loss = phase().executor->read(phase().loss)[0];
-  report.psnr = -10 * std::log10(std::max(1e-12, *report.loss));
+  report.psnr = psnr_of(*report.loss);
   report.rays =
       static_cast<double>((step - reported_step_) * config_.scene.rays * config_.scene.batches_per_step);
   reported_step_ = step;

@@ -1,12 +1,11 @@
 #include "vivant/jobs/style_trainer.hpp"
 
-#include <cmath>
-
 #include "jobs/feature_step.hpp"
 #include "jobs/style_preview.hpp"
 #include "jobs/style_targets.hpp"
 #include "jobs/vgg_measurement.hpp"
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/psnr.hpp"
 
 namespace vivant {
 namespace {
@@ -54,6 +53,7 @@ struct StyleTrainer::State {
   Value total;
   std::unique_ptr<Optimizer> optimizer;
   std::unique_ptr<Executor> executor;
+  bool stylised = false, reconstructed = false;  ///< whether a step of the kind was run
 };
 
 StyleTrainer::State::State(Device& device, const Config& config, const Capture& capture, CaptureModel& model,
@@ -105,6 +105,7 @@ void StyleTrainer::run(std::int64_t step) {
   };
   std::vector<double> rates(group_count, 0.0);
   rates[group_style] = scheduled_rate(config_.style.rate, step, steps(), warm_up, config_.style.rate_decay);
+  (reconstructs(step) ? s.reconstructed : s.stylised) = true;
   if (reconstructs(step)) {
     const std::size_t view = choose(s.truths.size());
     s.reconstruction.run(s.views[view], s.truths[view], random_patch(random, s.views[view], s.side), step + 1,
@@ -122,13 +123,17 @@ void StyleTrainer::run(std::int64_t step) {
 
 StepReport StyleTrainer::report(std::int64_t step) {
   State& s = *state_;
+  StepReport report;
+  report.step = step;
+  if (s.reconstructed) report.psnr = psnr_of(s.reconstruction.losses().rgb);
+  if (!s.stylised) return report;
   const auto read = [&](Value value) -> double { return s.executor->read(value)[0]; };
-  return {.step = step,
-          .loss = read(s.total),
-          .more = {{"global", read(s.losses.global)},
-                   {"local", read(s.losses.local)},
-                   {"content", read(s.losses.content)},
-                   {"colours", read(s.losses.colours)}}};
+  report.loss = read(s.total);
+  report.more = {{"global", read(s.losses.global)},
+                 {"local", read(s.losses.local)},
+                 {"content", read(s.losses.content)},
+                 {"colours", read(s.losses.colours)}};
+  return report;
 }
 
 std::optional<TrainingFailure> StyleTrainer::failure() {

@@ -3,6 +3,7 @@
 #include "jobs/stylizer_training.hpp"
 #include "jobs/vgg_measurement.hpp"
 
+#include "vivant/jobs/psnr.hpp"
 #include "vivant/model/read_out.hpp"
 #include "vivant/ops/loss.hpp"
 #include "vivant/ops/reduction.hpp"
@@ -63,8 +64,7 @@ double measure_pictures(StylizerTraining& training, bool start) {
   for (const double variance : measurement.variance(2))
     training.feature_deviation.push_back(static_cast<float>(std::sqrt(variance)));
   if (!start) return 0;
-  return -10 * std::log10(
-                   start_read_out(training.store, training.stylizer, training.initializer, samples, colours));
+  return psnr_of(start_read_out(training.store, training.stylizer, training.initializer, samples, colours));
 }
 
 InversionStep::InversionStep(StylizerTraining& training, double loss_weight) : training_(training) {

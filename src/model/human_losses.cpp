@@ -16,8 +16,8 @@ Value opacity(Value density, double length) {
 
 }  // namespace
 
-Value composite_loss(Value colour, Value alpha, Value background, Value target) {
-  return l1_loss(add(colour, multiply(background, affine(alpha, -1, 1))), target);
+Value over_background(Value colour, Value alpha, Value background) {
+  return add(colour, multiply(background, affine(alpha, -1, 1)));
 }
 
 Value masked_colour_loss(Value colour, Value mask, Value target) { return l1_loss(colour, target, mask); }

@@ -8,14 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-HostTensor ints(const std::vector<std::int32_t>& data, std::int64_t columns) {
-  HostTensor tensor;
-  tensor.dtype = DType::i32;
-  tensor.shape = {static_cast<std::int64_t>(data.size()) / columns, columns};
-  tensor.data.assign(data.begin(), data.end());
-  return tensor;
-}
-
 // Close to the inside of a random triangle, so that the closest triangle is unique; every fifth point is far
 // away.
 Vector3d query(const TriangleMesh& mesh, int index, Random& random) {
@@ -43,11 +35,11 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   points.differentiable = vertices.differentiable = false;
   return {points,
           vertices,
-          ints(topology.triangles, 3),
-          ints(topology.leaf_triangles, MeshTopology::width),
-          ints(topology.neighbours, 3),
-          ints(topology.corner_offsets, 1),
-          ints(topology.corners, 1)};
+          integer_rows(topology.triangles, 3),
+          integer_rows(topology.leaf_triangles, MeshTopology::width),
+          integer_rows(topology.neighbours, 3),
+          integer_rows(topology.corner_offsets, 1),
+          integer_rows(topology.corners, 1)};
 }
 
 std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTensor>& in) {

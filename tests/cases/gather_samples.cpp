@@ -9,14 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-HostTensor tensor(DType dtype, Shape shape) {
-  HostTensor result;
-  result.dtype = dtype;
-  result.shape = std::move(shape);
-  result.differentiable = false;
-  return result;
-}
-
 double float_bits(double x) { return std::bit_cast<std::int32_t>(static_cast<float>(x)); }
 double bits_float(double bits) { return std::bit_cast<float>(static_cast<std::int32_t>(bits)); }
 /// Two numbers in [0, 1] of 16 bits each.
@@ -28,7 +20,7 @@ std::pair<double, double> pair_of(double bits) {
 // sizes: rays of the table, most samples of one, picked rays, 1 with frames and roots, 1 with jitter
 std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const std::int64_t rays = v.sizes[0], picked = v.sizes[2];
-  HostTensor records = tensor(DType::i32, {}), offsets = tensor(DType::i32, {rays + 1, 1});
+  HostTensor records = fixed_tensor(DType::i32, {}), offsets = fixed_tensor(DType::i32, {rays + 1, 1});
   offsets.data = {0};
   for (std::int64_t r = 0; r < rays; ++r) {
     const std::int64_t count = rays == 1 ? v.sizes[1] : random.integer(v.sizes[1] + 1);
@@ -45,7 +37,7 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
     offsets.data.push_back(offsets.data.back() + static_cast<double>(count));
   }
   records.shape = {static_cast<std::int64_t>(records.data.size()) / sample_record_words, sample_record_words};
-  HostTensor frames = tensor(DType::i32, {rays, 1}), chosen = tensor(DType::i32, {picked, 1});
+  HostTensor frames = fixed_tensor(DType::i32, {rays, 1}), chosen = fixed_tensor(DType::i32, {picked, 1});
   for (std::int64_t r = 0; r < rays; ++r) frames.data.push_back(static_cast<double>(random.integer(7)));
   for (std::int64_t b = 0; b < picked; ++b) chosen.data.push_back(static_cast<double>(random.integer(rays)));
   HostTensor roots = random.tensor({rays, 6}), jitter = random.tensor({picked, 1}, 0, 1);
@@ -70,12 +62,12 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
   const std::int64_t picked = v.sizes[2], most = v.attributes.at("samples_per_ray");
   const std::int64_t given = v.attributes.value("capacity", 0), capacity = given > 0 ? given : picked * most;
   const double step = v.attributes.at("step");
-  HostTensor points = tensor(DType::real, {capacity, 3}), directions = points, root = points,
+  HostTensor points = fixed_tensor(DType::real, {capacity, 3}), directions = points, root = points,
              barycentric = points;
-  HostTensor distance = tensor(DType::real, {capacity, 1}), face = tensor(DType::i32, {capacity, 1}),
-             frame = face;
-  HostTensor ids = tensor(DType::i32, {capacity, 1}), overflow = tensor(DType::i32, {1});
-  HostTensor depths = tensor(DType::real, {picked, most}), deltas = depths;
+  HostTensor distance = fixed_tensor(DType::real, {capacity, 1}),
+             face = fixed_tensor(DType::i32, {capacity, 1}), frame = face;
+  HostTensor ids = fixed_tensor(DType::i32, {capacity, 1}), overflow = fixed_tensor(DType::i32, {1});
+  HostTensor depths = fixed_tensor(DType::real, {picked, most}), deltas = depths;
   overflow.data = {0};
   for (std::int64_t b = 0; b < picked; ++b) {
     const auto ray = static_cast<std::size_t>(in[4].data[b]);

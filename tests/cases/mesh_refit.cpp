@@ -10,20 +10,6 @@ namespace {
 using Eigen::Vector3d;
 constexpr std::int64_t width = MeshTopology::width;
 
-HostTensor tensor(DType dtype, Shape shape) {
-  HostTensor result;
-  result.dtype = dtype;
-  result.shape = std::move(shape);
-  result.differentiable = false;
-  return result;
-}
-
-HostTensor ints(const std::vector<std::int32_t>& data, std::int64_t columns) {
-  HostTensor result = tensor(DType::i32, {static_cast<std::int64_t>(data.size()) / columns, columns});
-  result.data.assign(data.begin(), data.end());
-  return result;
-}
-
 // sizes: quads along and around a torus with waves; 16 leaves or 256 leave no child of a node missing (a
 // missing one's box is +-1e18, beside which the tolerance sees no other)
 std::vector<HostTensor> inputs(const Variation& v, Random& random) {
@@ -41,11 +27,11 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
       triangles.emplace_back(at(i, k), at(i + 1, k + 1), at(i, k + 1));
     }
   const MeshTopology topology = mesh_topology(vertices, triangles);
-  HostTensor posed = tensor(DType::real, {topology.vertex_count, 3});
+  HostTensor posed = fixed_tensor(DType::real, {topology.vertex_count, 3});
   for (const Vector3d& x : vertices)
     posed.data.insert(posed.data.end(), {1.3 * x.x(), x.y() + 0.2 * x.x(), x.z()});
-  return {posed, ints(topology.triangles, 3), ints(topology.leaf_triangles, width),
-          ints(topology.corner_offsets, 1), ints(topology.corners, 1)};
+  return {posed, integer_rows(topology.triangles, 3), integer_rows(topology.leaf_triangles, width),
+          integer_rows(topology.corner_offsets, 1), integer_rows(topology.corners, 1)};
 }
 
 Vector3d vertex(const HostTensor& vertices, double index) {
@@ -87,7 +73,7 @@ HostTensor normals_of(const HostTensor& vertices, const HostTensor& triangles) {
       const double angle = std::acos(next.normalized().dot(before.normalized()));
       sums[static_cast<std::size_t>(here)] += angle * next.cross(before).normalized();
     }
-  HostTensor normals = tensor(DType::real, vertices.shape);
+  HostTensor normals = fixed_tensor(DType::real, vertices.shape);
   for (const Vector3d& sum : sums) {
     const Vector3d normal = sum.normalized();
     normals.data.insert(normals.data.end(), {normal.x(), normal.y(), normal.z()});
@@ -97,7 +83,7 @@ HostTensor normals_of(const HostTensor& vertices, const HostTensor& triangles) {
 
 std::vector<HostTensor> reference(const Variation&, const std::vector<HostTensor>& in) {
   const std::int64_t count = in[2].shape[0];
-  HostTensor leaves = tensor(DType::real, {count, 13, width}), bounds = tensor(DType::real, {});
+  HostTensor leaves = fixed_tensor(DType::real, {count, 13, width}), bounds = fixed_tensor(DType::real, {});
   leaves.data.resize(count * 13 * width);
   std::vector<Eigen::AlignedBox3d> boxes(count);
   for (std::int64_t leaf = 0; leaf < count; ++leaf)

@@ -15,6 +15,20 @@ std::vector<OpCase>& registered() {
 
 }  // namespace
 
+HostTensor fixed_tensor(DType dtype, Shape shape) {
+  HostTensor tensor;
+  tensor.dtype = dtype;
+  tensor.shape = std::move(shape);
+  tensor.differentiable = false;
+  return tensor;
+}
+
+HostTensor integer_rows(const std::vector<std::int32_t>& data, std::int64_t columns) {
+  HostTensor tensor = fixed_tensor(DType::i32, {static_cast<std::int64_t>(data.size()) / columns, columns});
+  tensor.data.assign(data.begin(), data.end());
+  return tensor;
+}
+
 std::uint64_t Random::next() {
   state_ = state_ * 6364136223846793005ull + 1442695040888963407ull;
   return state_ ^ (state_ >> 29);

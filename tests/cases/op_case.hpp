@@ -20,6 +20,11 @@ struct HostTensor {
   std::int64_t live_rows = -1;  ///< with a device-side count of this many rows, or -1
 };
 
+/// A tensor without data yet, of which no gradient is asked.
+HostTensor fixed_tensor(DType dtype, Shape shape);
+/// The same of integers, as rows of `columns`.
+HostTensor integer_rows(const std::vector<std::int32_t>& data, std::int64_t columns);
+
 /// Numbers for inputs, the same on every run: a small linear congruential generator.
 class Random {
  public:

@@ -10,14 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-HostTensor ints(const std::vector<std::int32_t>& data, std::int64_t columns) {
-  HostTensor tensor;
-  tensor.dtype = DType::i32;
-  tensor.shape = {static_cast<std::int64_t>(data.size()) / columns, columns};
-  tensor.data.assign(data.begin(), data.end());
-  return tensor;
-}
-
 HostTensor reals(Shape shape) {
   HostTensor tensor;
   tensor.shape = std::move(shape);
@@ -59,12 +51,12 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
           directions,
           vertices,
           transforms,
-          ints(topology.triangles, 3),
-          ints(topology.leaf_triangles, MeshTopology::width),
-          ints(topology.neighbours, 3),
-          ints(topology.corner_offsets, 1),
-          ints(topology.corners, 1),
-          ints(picked, 1),
+          integer_rows(topology.triangles, 3),
+          integer_rows(topology.leaf_triangles, MeshTopology::width),
+          integer_rows(topology.neighbours, 3),
+          integer_rows(topology.corner_offsets, 1),
+          integer_rows(topology.corners, 1),
+          integer_rows(picked, 1),
           jitter};
 }
 
@@ -104,7 +96,7 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
   const std::int64_t most = v.attributes.at("samples_per_ray");
   const double step = v.attributes.at("step");
   std::vector<std::vector<Sample>> samples(rays);
-  HostTensor offsets = ints({0}, 1);
+  HostTensor offsets = integer_rows({0}, 1);
   for (std::int64_t r = 0; r < rays; ++r) {
     if (r < live)
       samples[r] = march(mesh, inside, in[3], Vector3d(in[0].data.data() + 3 * r),

@@ -25,6 +25,9 @@ class HumanStep {
   /// step and all later ones.
   void run(std::int64_t step);
   double loss();
+  /// Of the colours of the last step's rays, the person over the known background: the mean over rays and
+  /// channels.
+  double squared_error();
   /// The terms of the loss of the last step, unweighted, by name.
   std::map<std::string, double> terms();
   Optimizer& optimizer() { return *optimizer_; }
@@ -41,7 +44,7 @@ class HumanStep {
   const HumanRays& rays_;
   const CanonicalPoints& points_;
   Graph graph_;
-  Value seed_, random_step_, fade_, alpha_decay_, overflow_, loss_;
+  Value seed_, random_step_, fade_, alpha_decay_, overflow_, loss_, squared_error_;
   std::vector<std::pair<std::string, Value>> terms_;
   std::unique_ptr<Optimizer> optimizer_;
   std::unique_ptr<Executor> executor_;

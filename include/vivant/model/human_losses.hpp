@@ -3,14 +3,14 @@
 
 namespace vivant {
 
-// The losses of the human field. All are scalars [1]; rays R, points N.
+// The losses of the human field, scalars [1] all, and what they compare. Rays R, points N.
 
-/// mean |colour + (1 - alpha) background - target|: the person over a known background, on all rays, so that
-/// pixels beside the person count as well. colour, background, target [R, 3]; alpha [R, 1].
-Value composite_loss(Value colour, Value alpha, Value background, Value target);
+/// colour + (1 - alpha) background: the person over a known background. colour, background [R, 3]; alpha [R,
+/// 1].
+Value over_background(Value colour, Value alpha, Value background);
 
-/// The paper's L_r: the same over a black background, on the mask's rays alone. mask [R, 1] is 1 on the
-/// person.
+/// The paper's L_r: mean |colour - target| over a black background, on the mask's rays alone. target [R, 3];
+/// mask [R, 1] is 1 on the person.
 Value masked_colour_loss(Value colour, Value mask, Value target);
 
 /// The paper's L_a = mean M |1 - alpha|.
