@@ -286,15 +286,10 @@ std::string Executor::State::describe(const Graph::Node& node) const {
 }
 
 void Executor::State::enqueue(const Command& command) {
+  if (command.kernel) return device.launch(command.kernel, command.name, command.global, command.local);
   cl_event event = nullptr;
   cl_event* wanted = device.profiler().enabled() ? &event : nullptr;
-  if (command.kernel) {
-    const cl_int code =
-        clEnqueueNDRangeKernel(device.queue(), command.kernel.get(), 3, nullptr, command.global.data(),
-                               command.local.data(), 0, nullptr, wanted);
-    if (code != CL_SUCCESS)
-      fail("OpenCL: the launch of kernel {} is refused with code {}", command.name, code);
-  } else if (command.source) {
+  if (command.source) {
     check(clEnqueueCopyBuffer(device.queue(), command.source, command.target, 0, 0, command.bytes, 0, nullptr,
                               wanted),
           "clEnqueueCopyBuffer");

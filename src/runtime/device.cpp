@@ -130,6 +130,7 @@ Buffer Device::allocate(std::size_t bytes) {
   cl_int error = CL_SUCCESS;
   Memory memory(clCreateBuffer(context_.get(), CL_MEM_READ_WRITE, bytes, nullptr, &error));
   check(error, "clCreateBuffer");
+  ++allocations_;
   return Buffer(std::move(memory), bytes);
 }
 
@@ -214,6 +215,16 @@ Kernel Device::kernel(const std::string& file, const std::string& function, cons
   Kernel kernel(clCreateKernel(program(file, options), function.c_str(), &error));
   check(error, fmt::format("clCreateKernel {} in {}", function, file).c_str());
   return kernel;
+}
+
+void Device::launch(const Kernel& kernel, const std::string& name, const std::array<std::size_t, 3>& global,
+                    const std::array<std::size_t, 3>& local) {
+  cl_event event = nullptr;
+  const cl_int code = clEnqueueNDRangeKernel(queue(), kernel.get(), 3, nullptr, global.data(), local.data(),
+                                             0, nullptr, profiler_.enabled() ? &event : nullptr);
+  if (code != CL_SUCCESS) fail("OpenCL: the launch of kernel {} is refused with code {}", name, code);
+  ++launches_;
+  if (event) profiler_.record(name, event);
 }
 
 }  // namespace vivant

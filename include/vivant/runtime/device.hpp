@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -80,7 +81,14 @@ class Device {
   /// A fresh kernel object of `file` (a name in kernels/) compiled with `options`. Programs come from memory,
   /// the disk cache or the compiler, in this order. Throws with the build log when it does not compile.
   Kernel kernel(const std::string& file, const std::string& function, const std::string& options);
+  /// Enqueues a kernel whose arguments are set, over `global` work-items in groups of `local`; returns at
+  /// once. `name` is for messages and the profiler. Throws when the device refuses the launch.
+  void launch(const Kernel& kernel, const std::string& name, const std::array<std::size_t, 3>& global,
+              const std::array<std::size_t, 3>& local);
 
+  /// How many buffers were allocated and kernels launched since the start.
+  std::int64_t allocations() const { return allocations_; }
+  std::int64_t launches() const { return launches_; }
   /// How many programs the compiler built, and how many came from the disk cache, since the start.
   int programs_built() const { return programs_built_; }
   int programs_loaded() const { return programs_loaded_; }
@@ -97,6 +105,7 @@ class Device {
   std::size_t alignment_ = 128;
   std::map<std::string, Program> programs_;
   int programs_built_ = 0, programs_loaded_ = 0;
+  std::int64_t allocations_ = 0, launches_ = 0;
 };
 
 }  // namespace vivant
