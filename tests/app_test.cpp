@@ -51,7 +51,8 @@ void check_linear_error(const TensorFile& file, const std::string& part, const s
 }  // namespace
 
 TEST_CASE("command line: every command has help with an example") {
-  for (const std::string command : {"synth", "devices", "op list", "op show", "op run", "bench"}) {
+  for (const std::string command :
+       {"synth", "devices", "op list", "op show", "op run", "bench", "bench roofline"}) {
     const Finished run = run_vivant(command + " --help");
     CAPTURE(command);
     CHECK(run.exit_code == 0);
@@ -137,22 +138,6 @@ TEST_CASE("command line: op run refuses bad tensors with one line") {
                     "scale of the op affine is a number");
   CHECK(run_vivant("op run linear --in none --out none").exit_code == 1);
   CHECK(run_linear(folder, linear_inputs(), "--attr activation=tanh").exit_code == 2);
-}
-
-TEST_CASE("command line: bench prints one JSON object per op") {
-  const Finished run = run_vivant("bench affine --quick --json");
-  REQUIRE(run.exit_code == 0);
-  std::istringstream rows(run.out);
-  std::string text;
-  int count = 0;
-  for (; std::getline(rows, text); ++count) {
-    const auto row = nlohmann::json::parse(text);
-    CHECK(contains(row["op"], "affine"));
-    CHECK(row["forward_gigabytes_per_second"].get<double>() > 0);
-    CHECK(row["forward_and_backward_seconds"].get<double>() > 0);
-  }
-  CHECK(count > 0);
-  CHECK(contains(run_vivant("bench affine --quick").out, "forward ms"));
 }
 
 TEST_CASE("command line: synth makes a capture, and reports progress as JSON lines") {

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <set>
 
 #include "vivant/ops/registry.hpp"
 
@@ -105,11 +106,14 @@ void CaseRun::set_input(std::size_t index, const std::vector<double>& data) {
   executor_->write(in_[index], std::span<const double>(data));
 }
 
-std::vector<double> CaseRun::live(Value value, const std::vector<double>& data) {
+std::int64_t CaseRun::live_elements(Value value) {
   const Value count = value.count();
-  if (!count) return data;
-  const std::int64_t row = value.elements() / value.shape()[0];
-  return {data.begin(), data.begin() + executor_->read_ints(count)[0] * row};
+  if (!count) return value.elements();
+  return executor_->read_ints(count)[0] * (value.elements() / value.shape()[0]);
+}
+
+std::vector<double> CaseRun::live(Value value, const std::vector<double>& data) {
+  return {data.begin(), data.begin() + live_elements(value)};
 }
 
 std::vector<HostTensor> CaseRun::outputs() {
@@ -145,13 +149,24 @@ std::vector<std::uint8_t> CaseRun::bytes() {
   const auto append = [&](Value value) {
     if (!value) return;
     std::vector<std::uint8_t> part = executor_->read_bytes(value);
-    if (const Value count = value.count())
-      part.resize(part.size() / value.shape()[0] * executor_->read_ints(count)[0]);
+    part.resize(part.size() / value.elements() * live_elements(value));
     all.insert(all.end(), part.begin(), part.end());
   };
   for (const Value& out : out_) append(out);
   for (const Value& grad : grads_) append(grad);
   return all;
+}
+
+double CaseRun::gradient_bytes() {
+  std::set<int> seen;  // a gradient that is an output's as it stands moves nothing
+  for (const Value& seed : seeds_) seen.insert(graph_.root(seed.id));
+  std::int64_t elements = 0;
+  for (const Value& grad : grads_)
+    if (grad && seen.insert(graph_.root(grad.id)).second) elements += live_elements(grad);
+  if (elements == 0) return 0;
+  for (const Value& out : out_)
+    if (out.dtype() == DType::real) elements += live_elements(out);
+  return static_cast<double>(elements) * sizeof(float);
 }
 
 double CaseRun::objective() {

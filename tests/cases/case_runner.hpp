@@ -24,11 +24,15 @@ class CaseRun {
   std::vector<std::vector<double>> gradients();
   /// Bytes of all outputs and gradients, rows beyond a count left out: for bitwise comparisons.
   std::vector<std::uint8_t> bytes();
+  /// Bytes that the gradients add at least: those of the outputs read, those of the inputs written, rows
+  /// beyond a count left out.
+  double gradient_bytes();
   double objective();  ///< sum_k outputs_k . weights_k, on the host in double
   void set_input(std::size_t index, const std::vector<double>& data);
 
  private:
   void write(Value value, const HostTensor& tensor);
+  std::int64_t live_elements(Value value);
   std::vector<double> live(Value value, const std::vector<double>& data);
 
   std::vector<HostTensor> inputs_;

@@ -65,6 +65,7 @@ const Register register_integers(OpCase{
     .inputs = key,
     .reference = below,
     .benchmark = {{1, 2}, {{"elements", 1 << 21}, {"end", 640}}},
+    .bytes = [](const Variation&) { return 4.0 * (1 << 21); },
 });
 const Register register_pick(OpCase{
     .op = "pick",
@@ -72,6 +73,7 @@ const Register register_pick(OpCase{
     .inputs = key_and_list,
     .reference = below,
     .benchmark = {{1, 2, 1000000}, {{"number", 4096}}},
+    .bytes = [](const Variation&) { return 8.0 * 4096; },
 });
 
 }  // namespace
