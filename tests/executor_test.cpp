@@ -10,6 +10,7 @@
 #include "vivant/graph/launch.hpp"
 #include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/linear.hpp"
+#include "vivant/ops/mlp.hpp"
 #include "vivant/ops/reduction.hpp"
 
 using namespace vivant;
@@ -95,6 +96,16 @@ TEST_CASE("executor: steps reduce the loss, in one slab and in many small ones, 
     CHECK(step.flops() > 0);
   }
   CHECK(results[0] == results[1]);
+}
+
+TEST_CASE("executor: what lies between an mlp's layers has memory only where a gradient reads it") {
+  Graph graph;
+  const Value x = graph.input("x", {1024, 4}), w = graph.input("w", {4, 64}), v = graph.input("v", {64, 1});
+  const Value y = mlp(x, std::vector<MlpLayer>{{w, {}}, {v, {}}});
+  const Values gradients = differentiate(graph, {y}, {graph.input("seed", {1024, 1})}, {w});
+  constexpr std::size_t hidden = 1024 * 64 * sizeof(float);
+  CHECK(Executor(test_device(), graph, {y}).arena_bytes() < hidden);
+  CHECK(Executor(test_device(), graph, {y, gradients[0]}).arena_bytes() >= hidden);
 }
 
 TEST_CASE("executor: what nobody needs is left out") {

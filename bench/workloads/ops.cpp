@@ -2,6 +2,7 @@
 #include "rays.hpp"
 #include "vivant/ops/conv2d.hpp"
 #include "vivant/ops/linear.hpp"
+#include "vivant/ops/mlp.hpp"
 #include "vivant/ops/triplane.hpp"
 #include "vivant/ops/volume_render.hpp"
 #include "workload.hpp"
@@ -44,18 +45,20 @@ struct Perceptron final : Workload {
   Perceptron(Device& device, const Sizes& sizes) : Workload(device) {
     const std::vector<std::int64_t> widths = sizes.at("widths");
     const std::int64_t rows = sizes.at("rows");
-    Value y = input("x", {rows, widths[0]});
-    Values wrt = {y};
+    const Value x = input("x", {rows, widths[0]});
+    std::vector<MlpLayer> layers;
+    Values wrt = {x};
     std::vector<std::string> names = {"x"};
     for (std::size_t i = 0; i + 1 < widths.size(); ++i) {
       const double bound = std::sqrt(6.0 / static_cast<double>(widths[i]));
       const std::string w_name = fmt::format("w{}", i), b_name = fmt::format("b{}", i);
       const Value w = input(w_name, {widths[i], widths[i + 1]}, Range{-bound, bound}),
                   b = input(b_name, {widths[i + 1]}, Range{-0.1, 0.1});
-      y = linear(y, w, b, i + 2 < widths.size() ? Activation::relu : Activation::none);
+      layers.push_back({w, b});
       wrt.insert(wrt.end(), {w, b});
       names.insert(names.end(), {w_name, b_name});
     }
+    const Value y = mlp(x, layers);
     std::map<std::string, Value> outputs = {{"y", y}};
     if (sizes.at("part") != "forward") {
       const Values gradients = differentiate(graph_, {y}, {input("g", {rows, widths.back()})}, wrt);

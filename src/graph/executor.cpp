@@ -103,7 +103,8 @@ void Executor::run_checked() {
       state_->enqueue(state_->commands[c]);
     const Graph::Node& node = state_->graph.nodes()[planned.node];
     for (const Value& out : node.outputs) {
-      if (out.dtype() != DType::real || state_->graph.values()[out.id].storage == Graph::Storage::alias)
+      if (out.dtype() != DType::real || state_->graph.values()[out.id].storage == Graph::Storage::alias ||
+          state_->skipped(node, out))
         continue;
       std::vector<double> data = state_->fetch_doubles(out);
       if (const Value count = out.count()) {
@@ -205,7 +206,7 @@ std::string Executor::plan() const {
     std::size_t bytes = 0;
     for (const Value& out : node.outputs) {
       shapes += (shapes.empty() ? "" : " ") + out.shape().text();
-      if (state_->graph.values()[out.id].storage != Graph::Storage::alias)
+      if (state_->graph.values()[out.id].storage != Graph::Storage::alias && !state_->skipped(node, out))
         bytes += state_->bytes_of(out.type());
     }
     text += fmt::format("{:>5}  {:<60} {:<28} {:>10.1f} {:>10.2f} {:>9}\n", planned.node,
@@ -334,7 +335,7 @@ void Executor::State::prepare_commands() {
       add_count(in_types.back());
     }
     for (const Value& out : node.outputs) {
-      launch.outputs.push_back(tensor_of(out.id));
+      launch.outputs.push_back(skipped(node, out) ? Tensor{out.type()} : tensor_of(out.id));
       out_types.push_back(out.type());
       add_count(out_types.back());
     }

@@ -39,7 +39,8 @@ void Executor::State::place_values(const Values& outputs) {
       in_types.push_back(in ? in.type() : TensorType{});
       if (in) touch(in.id, static_cast<int>(p));
     }
-    for (const Value& out : node.outputs) touch(out.id, static_cast<int>(p));
+    for (const Value& out : node.outputs)
+      if (!skipped(node, out)) touch(out.id, static_cast<int>(p));
     const TensorTypes workspaces = node.op->workspaces(in_types);
     scratch.emplace_back(workspaces.size());
     for (std::size_t w = 0; w < workspaces.size(); ++w) {

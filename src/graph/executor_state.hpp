@@ -37,6 +37,10 @@ struct Executor::State {
     return static_cast<std::size_t>(type.shape.elements()) * element_bytes(type.dtype, options.precision);
   }
   Tensor tensor_of(int value) const;
+  /// Whether nothing reads this output, and its op can do without.
+  bool skipped(const Graph::Node& node, const Value& out) const {
+    return node.op->skips_unread() && !value_needed[out.id] && !value_needed[graph.root(out.id)];
+  }
   std::string describe(const Graph::Node& node) const;
 
   Device& device;

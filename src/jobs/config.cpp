@@ -32,7 +32,7 @@ const std::vector<Preset>& presets() {
         "scene.rays=2048",
         "scene.batches_per_step=1",
         "scene.samples=96",
-        "scene.steps=2000",
+        "scene.steps=3000",
         "human.plane_size=64",
         "human.unet_widths=[32, 64, 128]",
         "human.samples=64",

@@ -123,9 +123,9 @@ Value Field::planes(Graph& graph, std::int64_t size) const {
 
 Value Field::features(Graph& graph, Value planes, Value points) const {
   if (options_.encoding != Encoding::mlp) return triplane_sample(planes, points, options_.combine);
-  Value x = positional_encoding(points, options_.position_frequencies);
-  for (const LinearLayer& layer : trunk_) x = layer(graph, x, Activation::relu);
-  return x;
+  std::vector<MlpLayer> layers;
+  for (const LinearLayer& layer : trunk_) layers.push_back(layer.in_mlp(graph));
+  return mlp(positional_encoding(points, options_.position_frequencies), layers, Activation::relu);
 }
 
 Value Field::density_logit(Graph& graph, Value features) const {

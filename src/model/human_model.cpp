@@ -91,8 +91,9 @@ Value HumanModel::error_correction(Graph& graph, const HumanSamples& samples, Va
   Value x = positional_encoding(affine(samples.root, 1 / root_extent), options_.error_frequencies);
   x = error_layers_[0](graph, x);
   x = activate(add(x, gather_rows(error_layers_[layers + 1](graph, codes), samples.frame)), Activation::relu);
-  for (int layer = 1; layer < layers; ++layer) x = error_layers_[layer](graph, x, Activation::relu);
-  return error_layers_[layers](graph, x);
+  std::vector<MlpLayer> rest;
+  for (int layer = 1; layer <= layers; ++layer) rest.push_back(error_layers_[layer].in_mlp(graph));
+  return mlp(x, rest);
 }
 
 Value HumanModel::correction(Graph& graph, const HumanSamples& samples, const FrameCodes& codes,

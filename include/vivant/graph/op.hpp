@@ -43,6 +43,8 @@ class Op {
   virtual Values gradient(const GradientRequest& request) const;
   /// Whether inputs with a device-side count of live rows are understood.
   virtual bool accepts_counts() const { return false; }
+  /// Whether an output that nothing reads may have no memory: a null tensor at the launch.
+  virtual bool skips_unread() const { return false; }
   /// Floating-point operations of one run, for plans and benchmarks.
   virtual double flops(const TensorTypes& /*in*/, const TensorTypes& /*out*/) const { return 0; }
 };

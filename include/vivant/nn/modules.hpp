@@ -4,6 +4,7 @@
 #include "vivant/nn/parameters.hpp"
 #include "vivant/ops/conv2d.hpp"
 #include "vivant/ops/linear.hpp"
+#include "vivant/ops/mlp.hpp"
 
 namespace vivant {
 
@@ -20,6 +21,7 @@ class LinearLayer {
   Value operator()(Graph& graph, Value x, Activation activation = Activation::none) const;
   Value weight(Graph& graph) const { return store_->value(graph, name_ + ".weight"); }
   Value bias(Graph& graph) const;
+  MlpLayer in_mlp(Graph& graph) const { return {weight(graph), bias(graph)}; }
 
  private:
   ParameterStore* store_;
