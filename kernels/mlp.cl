@@ -224,15 +224,13 @@ KERNEL void mlp_gradient(IN REAL* restrict y, IN REAL* restrict grad_y, GLOBAL R
   const int end = min(begin + chunk_rows, live_rows(capacity, count));
   if (begin >= capacity) return;
   BUFFER REAL x[ROWS * WIDEST] ALIGNED, a[ROWS * WIDEST] ALIGNED, b[ROWS * WIDEST] ALIGNED;
-#if LAYER_GRADIENT
-#define LAYER(l, inputs, outputs, panel)                                                 \
-  GLOBAL REAL* w##l = weights##l + (size_t)chunk * (inputs) * (outputs);                 \
-  GLOBAL REAL* b##l = biases##l + (size_t)chunk * (outputs);                             \
-  EACH(i, (inputs) * (outputs)) w##l[i] = 0;                                             \
-  EACH(i, outputs) b##l[i] = 0;
+#define LAYER(l, inputs, outputs, panel)                                 \
+  GLOBAL REAL* w##l = weights##l + (size_t)chunk * (inputs) * (outputs); \
+  GLOBAL REAL* b##l = biases##l + (size_t)chunk * (outputs);             \
+  EACH(i, LAYER_GRADIENT * (inputs) * (outputs)) w##l[i] = 0;            \
+  EACH(i, LAYER_GRADIENT * (outputs)) b##l[i] = 0;
   LAYERS
 #undef LAYER
-#endif
   for (int first = begin; first < end; first += ROWS) {
     const int live = min(ROWS, end - first);
     load_rows(grad_y + (size_t)first * LAST_WIDTH, LAST_WIDTH, live, (LAST % 2 ? b : a), PADDED(LAST_WIDTH));
