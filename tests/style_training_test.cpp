@@ -128,9 +128,10 @@ TEST_CASE("feature_trainer: hidden layers of features start as those of colours,
   const auto trainer = trained.feature_trainer(0);
   const auto start = trained.parameters();
   for (const auto& [name, values] : frozen.parameters()) CHECK(start.at(name) == values);
-  for (const std::string field : {"scene.", "human."})
-    for (const std::string part : {"hidden.weight", "hidden.bias", "direction.weight"})
-      CHECK(start.at(field + "feature_" + part) == start.at(field + part));
+  for (const char* field : {"scene", "human"})
+    for (const char* part : {"hidden.weight", "hidden.bias", "direction.weight"})
+      CHECK(start.at(fmt::format("{}.feature_{}", field, part)) ==
+            start.at(fmt::format("{}.{}", field, part)));
 
   Small::run(*trainer, steps);
   const auto after = trained.parameters();

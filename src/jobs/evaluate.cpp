@@ -16,7 +16,7 @@ double psnr(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
   for (int y = 0; y < a.rows; ++y)
     for (int x = 0; x < a.cols; ++x) {
       if (!mask.empty() && mask.at<std::uint8_t>(y, x) < 128) continue;
-      const cv::Vec3b p = a.at<cv::Vec3b>(y, x), q = b.at<cv::Vec3b>(y, x);
+      const cv::Vec3b &p = a.at<cv::Vec3b>(y, x), &q = b.at<cv::Vec3b>(y, x);
       for (int c = 0; c < 3; ++c) squares += std::pow((p[c] - q[c]) / 255.0, 2);
       count += 3;
     }

@@ -17,6 +17,13 @@ double quantile(std::vector<double> values, double q) {
   return *at;
 }
 
+template <typename Number>
+std::vector<double> numbers_of(const PointCloud& cloud, const Number& number) {
+  std::vector<double> numbers(cloud.positions.size());
+  std::transform(cloud.positions.begin(), cloud.positions.end(), numbers.begin(), number);
+  return numbers;
+}
+
 /// Depths of the sparse points in the cameras that see them; empty without points.
 std::vector<double> seen_depths(const Capture& capture) {
   std::vector<double> depths;
@@ -103,14 +110,13 @@ SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options)
       space.centre = capture.scene_box.centre();
     } else {
       for (int axis = 0; axis < 3; ++axis) {
-        std::vector<double> values;
-        for (const auto& point : capture.points.positions) values.push_back(point[axis]);
-        space.centre[axis] = quantile(values, 0.5);
+        space.centre[axis] = quantile(
+            numbers_of(capture.points, [&](const Eigen::Vector3f& point) { return point[axis]; }), 0.5);
       }
     }
-    std::vector<double> distances;
-    for (const auto& point : capture.points.positions)
-      distances.push_back((point.cast<double>() - space.centre).cwiseAbs().maxCoeff());
+    const std::vector<double> distances = numbers_of(capture.points, [&](const Eigen::Vector3f& point) {
+      return (point.cast<double>() - space.centre).cwiseAbs().maxCoeff();
+    });
     const double radius =
         distances.empty() ? 0.25 * capture.scene_box.size().maxCoeff() : quantile(distances, 0.75);
     space.radius = Vector3d::Constant(radius);

@@ -35,7 +35,7 @@ struct Chain {
     std::string forth, back;
     for (std::int64_t l = 0; l < layers(); ++l) {
       forth += layer(l, gradient);
-      back = layer(l, gradient) + back;
+      back += layer(layers() - 1 - l, gradient);
     }
     return {{"LAYERS", forth},
             {"REVERSED", back},

@@ -23,6 +23,9 @@ struct WeightsGradient final : Op {
               launch.out(), density[0], density[1])
         .run(ray_items(density), ray_group(launch));
   }
+  double flops(const TensorTypes& in, const TensorTypes&) const override {
+    return 11.0 * static_cast<double>(in[0].shape.elements());  // the exponential not counted
+  }
 };
 
 struct Weights final : Op {

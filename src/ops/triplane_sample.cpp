@@ -67,6 +67,10 @@ struct PlanesGradient final : Op {
         .args(sums, launch.out(), height, width)
         .run({vectors, static_cast<std::size_t>(width), static_cast<std::size_t>(3 * height)}, lanes.group());
   }
+  double flops(const TensorTypes& in, const TensorTypes&) const override {
+    return 57.0 *
+           static_cast<double>(in[2].shape.elements());  // the samples again, and three times four texels
+  }
   static constexpr int sums_workspace = 5;
   const Combine combine;
   const int partitions;
@@ -85,6 +89,9 @@ struct PointsGradient final : Op {
               launch.count_of(points))
         .run({static_cast<std::size_t>((points.rows() + block - 1) / block), 1, 1},
              {launch.gpu() ? std::size_t{64} : 1, 1, 1});
+  }
+  double flops(const TensorTypes& in, const TensorTypes&) const override {
+    return 48.0 * static_cast<double>(in[2].shape.elements());  // the samples again, and their slopes
   }
   const Combine combine;
 };

@@ -26,6 +26,9 @@ struct WeightGradient final : Op {
         .run({static_cast<std::size_t>((feature.rows() + block - 1) / block), 1, 1},
              {launch.gpu() ? std::size_t{64} : 1, 1, 1});
   }
+  double flops(const TensorTypes& in, const TensorTypes&) const override {
+    return 2.0 * static_cast<double>(in[1].shape.elements());
+  }
 };
 
 /// Inputs: weight, feature (for its shape and count), ids or absent, gradient of the sum.
@@ -41,6 +44,9 @@ struct FeatureGradient final : Op {
         .args(weight, ids, launch.in(3), launch.out(), weight[1], feature.rows(), block,
               launch.count_of(feature))
         .run(lanes.items(feature.rows(), block), lanes.group());
+  }
+  double flops(const TensorTypes& in, const TensorTypes&) const override {
+    return static_cast<double>(in[1].shape.elements());
   }
 };
 

@@ -41,9 +41,8 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
     for (int e = 0; e < 12; ++e)
       transforms.data.push_back((e % 5 == 0 ? 1 : 0) + 0.2 * std::sin(p.x() + 2 * p.y() - p.z() + e));
   }
-  std::vector<std::int32_t> picked;
-  for (int i = 0; i < v.sizes[3]; ++i)
-    picked.push_back(static_cast<std::int32_t>(random.integer(v.sizes[1])));
+  std::vector<std::int32_t> picked(v.sizes[3]);
+  for (std::int32_t& ray : picked) ray = static_cast<std::int32_t>(random.integer(v.sizes[1]));
   HostTensor jitter = random.tensor({v.sizes[3], 1}, 0, 1);
   jitter.absent = v.sizes[4] == 0;
   jitter.differentiable = false;
