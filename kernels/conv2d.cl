@@ -22,7 +22,7 @@ inline int mirrored(int i, int extent) {
 
 KERNEL void conv2d_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REAL* restrict bias,
                            IN REAL* restrict zeros, GLOBAL REAL* restrict y, int height, int width, int out_height,
-                           int out_width, int columns, int pad, int reflect) {
+                           int out_width, int columns, int pad, int reflect, int panel_rows) {
   const int pixels = out_height * out_width;
   const int pixel = get_global_id(0) * TILE_ROWS, j = get_global_id(1) * COLUMNS;
   if (pixel >= pixels || j >= columns) return;
@@ -34,7 +34,7 @@ KERNEL void conv2d_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REA
     top[r] = p / out_width - pad;
     left[r] = p % out_width - pad;
   }
-  IN REAL* w = packed + (size_t)(j / PANEL) * PANEL * INNER * 9 + j % PANEL;
+  IN REAL* w = packed + (size_t)(j / PANEL) * PANEL * panel_rows + j % PANEL;
   REALV acc[TILE_ROWS][TILE_VECTORS];
   FOR_TILE_ROWS FOR_TILE_VECTORS acc[r][v] = (REALV)(0);
   FOR_TAPS {

@@ -1,4 +1,5 @@
-// pack_weights: W [taps, K, N] -> [N / PANEL][taps * K][PANEL], zeros behind the last column.
+// pack_weights: W [taps, K, N] -> [N / PANEL][panel_rows][PANEL], of which the first taps * K rows are used, zeros behind
+// the last column.
 //   TRANSPOSED: the weights of the data gradient: K and N change places and the taps come in reverse order.
 // Where a matrix W [K, N] has a count of live rows, zeros stand for the others. One work-item per row of a panel.
 #include "common.clh"
@@ -7,11 +8,11 @@
 #endif
 
 KERNEL void pack_weights(IN REAL* restrict w, GLOBAL REAL* restrict packed, int taps, int k_extent, int n_extent,
-                         int panel, IN int* count) {
+                         int panel, int panel_rows, IN int* count) {
   const int row = get_global_id(0), inner = taps * k_extent, first = get_global_id(1) * panel;
   if (row >= inner || first >= n_extent) return;
   const int tap = row / k_extent, k = row % k_extent;
-  GLOBAL REAL* target = packed + (size_t)first * inner + (size_t)row * panel;
+  GLOBAL REAL* target = packed + (size_t)first * panel_rows + (size_t)row * panel;
 #if TRANSPOSED
   const int end = min(panel, live_rows(n_extent, count) - first);
   IN REAL* source = w + ((size_t)(taps - 1 - tap) * n_extent + first) * k_extent + k;

@@ -124,7 +124,6 @@ Vgg19::Vgg19(Device& device, Form form, const std::filesystem::path& path) : dev
     layers_.emplace_back().weight = {3, 3, in, out};
   }
   upload(weights, biases);
-  pack();
 }
 
 void Vgg19::upload(const std::vector<Weights>& weights, const std::vector<Weights>& biases) {
@@ -140,26 +139,31 @@ void Vgg19::upload(const std::vector<Weights>& weights, const std::vector<Weight
   }
 }
 
-void Vgg19::pack() {
+const Vgg19::Packed& Vgg19::packed(std::size_t layer, bool transposed, bool winograd) const {
+  const auto [entry, fresh] = packed_.try_emplace({layer, transposed, winograd});
+  if (!fresh) return entry->second;
   Graph graph;
-  Values packed;
-  ByteLayout layout(device_->alignment());
-  for (Layer& layer : layers_) {
-    const Value w = graph.external("w", {DType::real, layer.weight}, {weights_, layer.weight_offset});
-    packed.push_back(pack_weights(w, false));
-    layer.packed = packed.back().shape();
-    layer.packed_offset = layout.add(packed.back().elements());
-    packed.push_back(pack_weights(w, true));
-    layer.packed_transposed = packed.back().shape();
-    layer.packed_transposed_offset = layout.add(packed.back().elements());
+  const Value w =
+      graph.external("w", {DType::real, layers_[layer].weight}, {weights_, layers_[layer].weight_offset});
+  const Value packed = winograd ? pack_winograd(w, transposed) : pack_weights(w, transposed);
+  entry->second.shape = packed.shape();
+  entry->second.buffer = std::make_shared<Buffer>(
+      device_->allocate(static_cast<std::size_t>(packed.elements()) * sizeof(float)));
+  graph.place(packed, {entry->second.buffer, 0});
+  Executor(*device_, graph, {packed}).run();
+  return entry->second;
+}
+
+void Vgg19::use_packed(Value w, std::size_t layer, const std::string& name, const Shape& image) const {
+  for (const bool transposed : {false, true}) {
+    const std::int64_t mirrored =
+        transposed && form_ == Form::normalised ? 2 : 0;  // the gradient of a border
+    const bool winograd = suits_winograd(w.shape(), transposed, image[0] + mirrored, image[1] + mirrored);
+    const Packed& own = packed(layer, transposed, winograd);
+    const Value value = w.graph->external(name + (transposed ? ".transposed" : ".packed"),
+                                          {DType::real, own.shape}, {own.buffer, 0});
+    winograd ? use_packed_winograd(w, value, transposed) : use_packed_weights(w, value, transposed);
   }
-  packed_ = std::make_shared<Buffer>(device_->allocate(layout.size()));
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    graph.place(packed[2 * i], {packed_, layers_[i].packed_offset});
-    graph.place(packed[2 * i + 1], {packed_, layers_[i].packed_transposed_offset});
-  }
-  Executor executor(*device_, graph, packed);
-  executor.run();
 }
 
 std::vector<std::string> Vgg19::layer_names() {
@@ -183,16 +187,14 @@ std::map<std::string, Value> Vgg19::features(Value image, const std::vector<std:
   const Padding padding = form_ == Form::plain ? Padding::zero : Padding::reflect;
   for (std::size_t i = 0; i < depth; ++i) {
     const Layer& layer = layers_[i];
-    const auto external = [&](const std::string& name, const Shape& shape,
-                              const std::shared_ptr<Buffer>& buffer, std::size_t offset) {
-      return graph.external("vgg19." + names[i] + name, {DType::real, shape}, {buffer, offset});
+    const std::string name = "vgg19." + names[i];
+    const auto external = [&](const std::string& part, const Shape& shape, std::size_t offset) {
+      return graph.external(name + part, {DType::real, shape}, {weights_, offset});
     };
-    const Value w = external(".weight", layer.weight, weights_, layer.weight_offset);
-    const Value b = external(".bias", {layer.weight[3]}, weights_, layer.bias_offset);
-    use_packed_weights(w, external(".packed", layer.packed, packed_, layer.packed_offset), false);
-    use_packed_weights(
-        w, external(".transposed", layer.packed_transposed, packed_, layer.packed_transposed_offset), true);
+    const Value w = external(".weight", layer.weight, layer.weight_offset);
+    const Value b = external(".bias", {layer.weight[3]}, layer.bias_offset);
     if (convolutions[i].pooled_before) x = max_pool2d(x);
+    use_packed(w, i, name, x.shape());
     x = conv2d(x, w, b, padding, Activation::relu);
     if (std::find(layers.begin(), layers.end(), names[i]) != layers.end()) features[names[i]] = x;
   }

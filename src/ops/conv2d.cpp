@@ -1,8 +1,9 @@
 #include "vivant/ops/conv2d.hpp"
 
-#include "ops/partials.hpp"
+#include "ops/conv2d_weight_gradient.hpp"
 #include "ops/pixels.hpp"
 #include "ops/tiles.hpp"
+#include "ops/winograd.hpp"
 #include "vivant/graph/launch.hpp"
 #include "vivant/ops/linear.hpp"
 #include "vivant/ops/reduction.hpp"
@@ -25,8 +26,8 @@ void check_window(std::string_view name, const Shape& x, int pad, bool reflect) 
 /// Inputs: x, w (for its shape and its gradient), b or absent, packed weights (what the kernel reads). `pad`
 /// pixels are added on each side. With `transposed` it is the data gradient of the convolution by w.
 struct Conv2d final : Op {
-  Conv2d(int pad, bool reflect, bool transposed, Activation activation)
-      : pad(pad), reflect(reflect), transposed(transposed), activation(activation) {}
+  Conv2d(int pad, bool reflect, bool transposed, bool winograd, Activation activation)
+      : pad(pad), reflect(reflect), transposed(transposed), winograd(winograd), activation(activation) {}
   std::string_view name() const override { return transposed ? "conv2d_data_gradient" : "conv2d"; }
 
   TensorTypes infer(const TensorTypes& in) const override {
@@ -44,20 +45,37 @@ struct Conv2d final : Op {
   TensorTypes workspaces(const TensorTypes& in) const override {
     return {{DType::real, {in[0].shape.channels()}}};  // zeros: the pixels outside of the image
   }
+  Defines defines(const Launch& launch, const Tile& tile) const {
+    return {{"INNER", launch.in(0).channels()}, {"PANEL", launch.in(3).channels()},
+            {"TILE_ROWS", tile.rows},           {"TILE_VECTORS", tile.vectors},
+            {"HAS_BIAS", launch.in(2) ? 1 : 0}, {"ACTIVATION", static_cast<int>(activation)}};
+  }
   void launch(Launch& launch) const override {
-    const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out(), &zeros = launch.workspace();
-    const std::int64_t panel = packed.channels();
-    const Tile tile = choose_tile(launch, panel);
+    const Tensor& zeros = launch.workspace();
     if (pad > 0 && !reflect) launch.zero(zeros);
-    launch
-        .kernel("conv2d.cl", "conv2d_forward",
-                {{"INNER", x.channels()},
-                 {"PANEL", panel},
-                 {"TILE_ROWS", tile.rows},
-                 {"TILE_VECTORS", tile.vectors},
-                 {"HAS_BIAS", launch.in(2) ? 1 : 0},
-                 {"ACTIVATION", static_cast<int>(activation)}})
-        .args(x, packed, launch.in(2), zeros, y, x[0], x[1], y[0], y[1], y.channels(), pad, reflect ? 1 : 0)
+    winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);
+  }
+  void launch_winograd(Launch& launch) const {
+    const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
+    const Tile tile = winograd_tile(packed.channels());
+    const std::int64_t tiles_of_y = winograd_tiles(y.shape()), panels = packed[0];
+    // Transformed inputs and products stay in the second cache, and every core gets work.
+    std::int64_t block = x.channels() <= 128 ? 24 : 24 / tile.rows % 2 == 0 ? 12 : tile.rows;
+    const bool few = tiles_of_y < 8 * block;
+    if (few) block = tile.rows;
+    Defines macros = defines(launch, tile);
+    macros.emplace_back("TILES", block);
+    launch.kernel("conv2d_winograd.cl", "conv2d_winograd", macros)
+        .args(x, packed, launch.in(2), launch.workspace(), y, x[0], x[1], y[0], y[1], y.channels(), pad,
+              reflect ? 1 : 0, few ? 1 : panels)
+        .run({tiles(tiles_of_y, block), static_cast<std::size_t>(few ? panels : 1), 1}, {1, 1, 1});
+  }
+  void launch_taps(Launch& launch) const {
+    const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
+    const Tile tile = choose_tile(launch, packed.channels());
+    launch.kernel("conv2d.cl", "conv2d_forward", defines(launch, tile))
+        .args(x, packed, launch.in(2), launch.workspace(), y, x[0], x[1], y[0], y[1], y.channels(), pad,
+              reflect ? 1 : 0, packed[1])
         .run({tiles(y.rows(), tile.rows), tiles(y.channels(), tile.vectors * launch.vector_width()), 1},
              launch.gpu() ? std::array<std::size_t, 3>{16, 4, 1} : std::array<std::size_t, 3>{1, 1, 1});
   }
@@ -66,9 +84,20 @@ struct Conv2d final : Op {
     return 2.0 * taps * static_cast<double>(out[0].shape.elements() * in[0].shape.channels());
   }
   const int pad;
-  const bool reflect, transposed;
+  const bool reflect, transposed, winograd;
   const Activation activation;
 };
+
+/// The convolution of x [H, W, C] by w, or with `transposed` its data gradient, with the algorithm that suits
+/// the sizes.
+Value convolution(Value x, Value w, Value b, int pad, bool reflect, bool transposed, Activation activation) {
+  const bool winograd =
+      x.shape().rank() == 3 &&
+      suits_winograd(w.shape(), transposed, x.shape()[0] + 2 * pad - 2, x.shape()[1] + 2 * pad - 2);
+  return x.graph->record_one(
+      Conv2d(pad, reflect, transposed, winograd, activation),
+      {x, w, b, winograd ? pack_winograd(w, transposed) : pack_weights(w, transposed)});
+}
 
 /// [H+2, W+2, C], the gradient of a mirrored image -> [H, W, C], that of the image.
 struct FoldReflection final : Op {
@@ -85,47 +114,6 @@ struct FoldReflection final : Op {
   }
 };
 
-/// Inputs: x [H, W, CI] and the gradient of the convolution's output -> [3, 3, CI, CO].
-struct Conv2dWeightGradient final : Op {
-  Conv2dWeightGradient(int pad, bool reflect) : pad(pad), reflect(reflect) {}
-  std::string_view name() const override { return "conv2d_weight_gradient"; }
-  TensorTypes infer(const TensorTypes& in) const override {
-    return {{DType::real, {3, 3, in[0].shape.channels(), in[1].shape.channels()}}};
-  }
-  /// Output rows per chunk: both operands fit into the cache, and all partial sums into 16 MiB.
-  static std::int64_t chunk_rows(const Shape& x, const Shape& grad) {
-    const std::int64_t rows_in_cache = (1 << 17) / ((x[2] + grad[2]) * grad[1]);
-    const std::int64_t most_chunks = (1 << 22) / (taps * x[2] * grad[2]);
-    return chunk_length(grad[0], std::max<std::int64_t>(1, rows_in_cache),
-                        std::clamp<std::int64_t>(most_chunks, 1, 128));
-  }
-  TensorTypes workspaces(const TensorTypes& in) const override {
-    const Shape &x = in[0].shape, &grad = in[1].shape;
-    const std::int64_t rows = chunk_rows(x, grad);
-    return {{DType::real, {(grad[0] + rows - 1) / rows, taps, x[2] * grad[2]}}};
-  }
-  void launch(Launch& launch) const override {
-    const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace();
-    const bool swapped = vectors_suit_first(x[2], grad[2]);
-    const std::int64_t m = swapped ? grad[2] : x[2], n = swapped ? x[2] : grad[2];
-    const Tile tile = choose_gradient_tile(launch, m, n);
-    launch
-        .kernel("conv2d.cl", "conv2d_weight_gradient",
-                {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"SWAPPED", swapped ? 1 : 0}})
-        .args(x, grad, partial, x[0], x[1], grad[0], grad[1], m, n, pad, reflect ? 1 : 0,
-              chunk_rows(x.shape(), grad.shape()))
-        .run({taps * tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),
-              static_cast<std::size_t>(partial[0])},
-             launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
-    sum_weight_partials(launch, partial, launch.out(), partial[0], taps, m, n, swapped);
-  }
-  double flops(const TensorTypes& in, const TensorTypes& out) const override {
-    return 2.0 * static_cast<double>(in[1].shape.rows() * out[0].shape.elements());
-  }
-  const int pad;
-  const bool reflect;
-};
-
 Values Conv2d::gradient(const GradientRequest& request) const {
   if (transposed) return Op::gradient(request);
   const Value x = request.in[0], w = request.in[1];
@@ -133,11 +121,10 @@ Values Conv2d::gradient(const GradientRequest& request) const {
   Values grads(4);
   if (request.needed[0]) {
     const int gradient_pad = reflect ? 2 : 2 - pad;
-    grads[0] = request.graph.record_one(Conv2d(gradient_pad, false, true, Activation::none),
-                                        {grad, w, Value{}, pack_weights(w, true)});
+    grads[0] = convolution(grad, w, {}, gradient_pad, false, true, Activation::none);
     if (reflect) grads[0] = request.graph.record_one(FoldReflection(), {grads[0]});
   }
-  if (request.needed[1]) grads[1] = request.graph.record_one(Conv2dWeightGradient(pad, reflect), {x, grad});
+  if (request.needed[1]) grads[1] = conv2d_weight_gradient(x, grad, pad, reflect);
   if (request.needed[2]) grads[2] = sum_rows(grad);
   return grads;
 }
@@ -171,8 +158,7 @@ Value conv2d(Value x, Value w, Value b, Padding padding, Activation activation) 
   if (w.shape().rank() == 4 && w.shape()[0] == 1 && w.shape()[1] == 1)
     return linear(x, w.graph->reshape(w, {w.shape()[2], w.shape()[3]}), b, activation);
   const bool reflect = padding == Padding::reflect;
-  return x.graph->record_one(Conv2d(padding == Padding::none ? 0 : 1, reflect, false, activation),
-                             {x, w, b, pack_weights(w, false)});
+  return convolution(x, w, b, padding == Padding::none ? 0 : 1, reflect, false, activation);
 }
 
 }  // namespace vivant

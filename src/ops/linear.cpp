@@ -104,7 +104,7 @@ struct OuterSum final : Op {
     const Tile tile = choose_tile(launch, panel);
     const auto pack = [&](const Tensor& from, const Tensor& to, std::int64_t width) {
       launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", 0}})
-          .args(from, to, 1, rows, from.channels(), width, launch.count_of(x))
+          .args(from, to, 1, rows, from.channels(), width, rows, launch.count_of(x))
           .run({static_cast<std::size_t>(rows), tiles(from.channels(), width), 1}, {16, 1, 1});
     };
     pack(x, a, tile.rows);

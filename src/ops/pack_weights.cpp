@@ -27,7 +27,7 @@ struct PackWeights final : Op {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const Extents e = extents(w.shape());
     launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
-        .args(w, packed, e.taps, e.k, e.n, packed.channels(), launch.count_of(w))
+        .args(w, packed, e.taps, e.k, e.n, packed.channels(), packed[1], launch.count_of(w))
         .run({static_cast<std::size_t>(e.taps * e.k), static_cast<std::size_t>(packed[0]), 1}, {16, 1, 1});
   }
   const bool transposed;

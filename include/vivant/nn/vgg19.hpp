@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "vivant/graph/graph.hpp"
@@ -34,21 +35,27 @@ class Vgg19 {
   static std::vector<std::string> layer_names();
 
  private:
-  /// Weights [3, 3, in, out] and bias [out] in `weights_`; the packed weights of both directions in
-  /// `packed_`.
+  /// Weights [3, 3, in, out] and bias [out] in `weights_`.
   struct Layer {
     Shape weight;
     std::size_t weight_offset = 0, bias_offset = 0;  // bytes
-    Shape packed, packed_transposed;
-    std::size_t packed_offset = 0, packed_transposed_offset = 0;
+  };
+  struct Packed {
+    Shape shape;
+    std::shared_ptr<Buffer> buffer;
   };
   void upload(const std::vector<std::vector<float>>& weights, const std::vector<std::vector<float>>& biases);
-  void pack();
+  /// A layer's packed weights, made when they are first asked for.
+  const Packed& packed(std::size_t layer, bool transposed, bool winograd) const;
+  /// Makes the convolution of `image` by w, and its gradient, read the layer's packed weights.
+  void use_packed(Value w, std::size_t layer, const std::string& name, const Shape& image) const;
 
   Device* device_;
   Form form_;
   std::vector<Layer> layers_;
-  std::shared_ptr<Buffer> weights_, packed_;
+  std::shared_ptr<Buffer> weights_;
+  mutable std::map<std::tuple<std::size_t, bool, bool>, Packed>
+      packed_;  ///< by layer, transposed, Winograd's
 };
 
 }  // namespace vivant

@@ -18,4 +18,16 @@ Padding padding_from(const std::string& name);
 Value conv2d(Value x, Value w, Value b = {}, Padding padding = Padding::zero,
              Activation activation = Activation::none);
 
+/// Whether conv2d with weights w [3, 3, CI, CO] (or with `transposed` its data gradient) that gives a picture
+/// of this size is computed by Winograd's algorithm. It then reads pack_winograd(w) instead of
+/// pack_weights(w).
+bool suits_winograd(const Shape& w, bool transposed, std::int64_t height, std::int64_t width);
+
+/// Weights [3, 3, CI, CO] transformed for Winograd's F(4x4, 3x3): [panels, 36 * CI, panel columns]. Recorded
+/// once per graph and weight.
+Value pack_winograd(Value w, bool transposed);
+
+/// Makes pack_winograd return `packed` for `w` in this graph: frozen weights, packed once and for all.
+void use_packed_winograd(Value w, Value packed, bool transposed);
+
 }  // namespace vivant

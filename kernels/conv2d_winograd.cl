@@ -1,0 +1,187 @@
+// conv2d_winograd: the convolution of conv2d.cl by Winograd's algorithm (winograd.clh). CPU form alone.
+//
+//   A work-item takes TILES tiles of 4x4 output pixels:
+//     v [36][TILES][INNER]     its 6x6 inputs per tile, transformed, in a buffer of its own
+//     m [36][TILES][COLUMNS]   36 products v[p] . U[p] with the packed weights U [panel][36][INNER][PANEL]
+//     y                        per tile, m transformed to 4x4 pixels, bias and activation
+#include "tile.clh"
+#include "winograd.clh"
+#ifndef TILES
+#define TILES 24
+#endif
+#define POINTS 36
+#define ALIGNED __attribute__((aligned(64)))
+// Vector v of aligned numbers: vstore16 would become four stores, which stall the next load.
+#define AT(row, v) (((REALV*)(row))[v])
+
+inline int mirrored(int i, int extent) {
+  const int positive = abs(i);
+  return min(positive, 2 * (extent - 1) - positive);
+}
+
+// v[.][tile] of the tile whose first input pixel is (top, left).
+inline void transform_inputs(IN REAL* restrict x, IN REAL* restrict zeros, int height, int width, int top, int left,
+                             int reflect, REAL* v) {
+  IN REAL* source[POINTS];
+  for (int i = 0; i < 6; ++i)
+    for (int k = 0; k < 6; ++k) {
+      const int row = reflect ? mirrored(top + i, height) : top + i, column = reflect ? mirrored(left + k, width) : left + k;
+      const bool inside = (uint)row < (uint)height && (uint)column < (uint)width;
+      source[i * 6 + k] = inside ? x + (size_t)(row * width + column) * INNER : zeros;
+    }
+  for (int c = 0; c < INNER; c += VW) {
+    REALV rows[POINTS];
+    UNROLL for (int k = 0; k < 6; ++k) {
+      REALV d[6];
+      UNROLL for (int i = 0; i < 6; ++i) d[i] = *(IN REALV*)(source[i * 6 + k] + c);
+      INPUT_TRANSFORM(REALV, d, d)
+      UNROLL for (int i = 0; i < 6; ++i) rows[i * 6 + k] = d[i];
+    }
+    UNROLL for (int i = 0; i < 6; ++i) {
+      INPUT_TRANSFORM(REALV, rows + 6 * i, rows + 6 * i)
+      UNROLL for (int k = 0; k < 6; ++k) AT(v + (i * 6 + k) * TILES * INNER + c, 0) = rows[6 * i + k];
+    }
+  }
+}
+
+// m [TILES][COLUMNS] = v [TILES][INNER] . panel [INNER][PANEL]
+inline void multiply(const REAL* v, IN REAL* panel, REAL* m) {
+  for (int first = 0; first < TILES; first += TILE_ROWS) {
+    REALV acc[TILE_ROWS][TILE_VECTORS];
+    FOR_TILE_ROWS FOR_TILE_VECTORS acc[r][v] = (REALV)(0);
+    const REAL* rows = v + first * INNER;
+    for (int k = 0; k < INNER; ++k) {
+      REALV b[TILE_VECTORS];
+      FOR_TILE_VECTORS b[v] = VLOAD(v, panel + (size_t)k * PANEL);
+      FOR_TILE_ROWS {
+        const REAL s = rows[r * INNER + k];
+        FOR_TILE_VECTORS acc[r][v] += s * b[v];
+      }
+    }
+    FOR_TILE_ROWS FOR_TILE_VECTORS AT(m + (first + r) * COLUMNS, v) = acc[r][v];
+  }
+}
+
+// 4x4 pixels of the tile whose first output pixel is (top, left).
+inline void transform_outputs(const REAL* m, IN REAL* restrict bias, GLOBAL REAL* restrict y, int out_height,
+                              int out_width, int columns, int j, int top, int left) {
+  REALV pixels[16][TILE_VECTORS];
+  FOR_TILE_VECTORS {
+    REALV half_way[4 * 6], out[4];
+    UNROLL for (int k = 0; k < 6; ++k) {
+      REALV rows[6];
+      UNROLL for (int i = 0; i < 6; ++i) rows[i] = AT(m + (i * 6 + k) * TILES * COLUMNS, v);
+      OUTPUT_TRANSFORM(REALV, rows, half_way + k, 6)
+    }
+    UNROLL for (int i = 0; i < 4; ++i) {
+      OUTPUT_TRANSFORM(REALV, half_way + 6 * i, out, 1)
+      UNROLL for (int k = 0; k < 4; ++k) pixels[4 * i + k][v] = out[k];
+    }
+  }
+  for (int i = 0; i < min(4, out_height - top); ++i)
+    for (int k = 0; k < min(4, out_width - left); ++k)
+      store_activated(pixels[4 * i + k], bias + j, y + (size_t)((top + i) * out_width + left + k) * columns + j, columns - j);
+}
+
+KERNEL void conv2d_winograd(IN REAL* restrict x, IN REAL* restrict packed, IN REAL* restrict bias,
+                            IN REAL* restrict zeros, GLOBAL REAL* restrict y, int height, int width, int out_height,
+                            int out_width, int columns, int pad, int reflect, int panels) {
+  const int across = (out_width + 3) / 4, tiles = across * ((out_height + 3) / 4);
+  const int first = get_global_id(0) * TILES, begin = get_global_id(1) * panels * PANEL;
+  if (first >= tiles || begin >= columns) return;
+  REAL v[POINTS * TILES * INNER] ALIGNED, m[POINTS * TILES * COLUMNS] ALIGNED;
+  for (int t = 0; t < TILES; ++t) {
+    const int tile = min(first + t, tiles - 1);
+    transform_inputs(x, zeros, height, width, tile / across * 4 - pad, tile % across * 4 - pad, reflect, v + t * INNER);
+  }
+  for (int j = begin; j < min(columns, begin + panels * PANEL); j += PANEL) {
+    for (int p = 0; p < POINTS; ++p)
+      multiply(v + p * TILES * INNER, packed + ((size_t)(j / PANEL) * POINTS + p) * INNER * PANEL, m + p * TILES * COLUMNS);
+    for (int t = 0; t < min(TILES, tiles - first); ++t)
+      transform_outputs(m + t * COLUMNS, bias, y, out_height, out_width, columns, j, (first + t) / across * 4,
+                        (first + t) % across * 4);
+  }
+}
+
+#ifndef OUTER
+#define OUTER 32
+#endif
+
+// g[.][tile] of the 4x4 pixels of the output's gradient from (top, left) on.
+inline void transform_gradients(IN REAL* restrict grad, IN REAL* restrict zeros, int height, int width, int top,
+                                int left, REAL* g) {
+  for (int c = 0; c < OUTER; c += VW) {
+    REALV half_way[4 * 6], points[6];
+    UNROLL for (int k = 0; k < 4; ++k) {
+      REALV pixels[4];
+      UNROLL for (int i = 0; i < 4; ++i) {
+        const bool inside = top + i < height && left + k < width;
+        pixels[i] = *(IN REALV*)((inside ? grad + (size_t)((top + i) * width + left + k) * OUTER : zeros) + c);
+      }
+      OUTPUT_GRADIENT(REALV, pixels, 1, half_way + k, 4)
+    }
+    UNROLL for (int i = 0; i < 6; ++i) {
+      OUTPUT_GRADIENT(REALV, half_way + 4 * i, 1, points, 1)
+      UNROLL for (int k = 0; k < 6; ++k) AT(g + (i * 6 + k) * TILES * OUTER + c, 0) = points[k];
+    }
+  }
+}
+
+// sums [INNER][OUTER] += v [TILES][INNER]^T g [TILES][OUTER]
+inline void add_products(const REAL* v, const REAL* g, GLOBAL REAL* sums) {
+  for (int i = 0; i < INNER; i += TILE_ROWS)
+    for (int j = 0; j < OUTER; j += COLUMNS) {
+      const int top = min(i, INNER - TILE_ROWS);  // the last tile moves back and stores only the rows that are its own
+      REALV acc[TILE_ROWS][TILE_VECTORS];
+      FOR_TILE_ROWS UNROLL for (int n = 0; n < TILE_VECTORS; ++n) acc[r][n] = ((GLOBAL REALV*)(sums + (size_t)(top + r) * OUTER + j))[n];
+      for (int t = 0; t < TILES; ++t) {
+        REALV b[TILE_VECTORS];
+        UNROLL for (int n = 0; n < TILE_VECTORS; ++n) b[n] = AT(g + t * OUTER + j, n);
+        FOR_TILE_ROWS {
+          const REAL s = v[t * INNER + top + r];
+          UNROLL for (int n = 0; n < TILE_VECTORS; ++n) acc[r][n] += s * b[n];
+        }
+      }
+      FOR_TILE_ROWS if (top + r >= i) UNROLL for (int n = 0; n < TILE_VECTORS; ++n) ((GLOBAL REALV*)(sums + (size_t)(top + r) * OUTER + j))[n] = acc[r][n];
+    }
+}
+
+// partial [chunks][36][INNER][OUTER]: one work-item per chunk of tiles.
+KERNEL void conv2d_winograd_gradient(IN REAL* restrict x, IN REAL* restrict grad, IN REAL* restrict zeros,
+                                     GLOBAL REAL* restrict partial, int height, int width, int out_height,
+                                     int out_width, int pad, int reflect, int chunk_tiles) {
+  const int across = (out_width + 3) / 4, tiles = across * ((out_height + 3) / 4);
+  const int begin = get_global_id(0) * chunk_tiles, end = min(begin + chunk_tiles, tiles);
+  if (begin >= tiles) return;
+  GLOBAL REAL* sums = partial + (size_t)get_global_id(0) * POINTS * INNER * OUTER;
+  for (int i = 0; i < POINTS * INNER * OUTER / VW; ++i) ((GLOBAL REALV*)sums)[i] = (REALV)(0);
+  REAL v[POINTS * TILES * INNER] ALIGNED, g[POINTS * TILES * OUTER] ALIGNED;
+  for (int first = begin; first < end; first += TILES) {
+    for (int t = 0; t < TILES; ++t) {
+      const int tile = min(first + t, end - 1), top = tile / across * 4, left = tile % across * 4;
+      transform_inputs(x, zeros, height, width, top - pad, left - pad, reflect, v + t * INNER);
+      // A tile too many: one outside of the picture, whose gradient is 0.
+      transform_gradients(grad, zeros, out_height, out_width, first + t < end ? top : out_height, left, g + t * OUTER);
+    }
+    for (int p = 0; p < POINTS; ++p)
+      add_products(v + p * TILES * INNER, g + p * TILES * OUTER, sums + (size_t)p * INNER * OUTER);
+  }
+}
+
+// grad_w [3, 3, INNER, OUTER] = the chunks' sum, one after the other, transformed back.
+KERNEL void conv2d_winograd_weights(IN REAL* restrict partial, GLOBAL REAL* restrict grad_w, int chunks) {
+  const int k = get_global_id(1), c = get_global_id(0) * VW;
+  if (k >= INNER || c >= OUTER) return;
+  REALV half_way[3 * 6], taps[9];
+  UNROLL for (int j = 0; j < 6; ++j) {
+    REALV points[6];
+    UNROLL for (int i = 0; i < 6; ++i) {
+      points[i] = (REALV)(0);
+      for (int chunk = 0; chunk < chunks; ++chunk)
+        points[i] += *(IN REALV*)(partial + (((size_t)chunk * POINTS + i * 6 + j) * INNER + k) * OUTER + c);
+    }
+    WEIGHT_GRADIENT(REALV, points, half_way + j, 6)
+  }
+  UNROLL for (int i = 0; i < 3; ++i) WEIGHT_GRADIENT(REALV, half_way + 6 * i, taps + 3 * i, 1)
+  UNROLL for (int tap = 0; tap < 9; ++tap) *(GLOBAL REALV*)(grad_w + ((size_t)tap * INNER + k) * OUTER + c) = taps[tap];
+}

@@ -1,0 +1,107 @@
+#include "ops/conv2d_weight_gradient.hpp"
+
+#include "ops/partials.hpp"
+#include "ops/tiles.hpp"
+#include "ops/winograd.hpp"
+
+namespace vivant {
+namespace {
+
+constexpr std::int64_t taps = 9, points = 36, most_block = 24;
+
+struct Conv2dWeightGradient final : Op {
+  Conv2dWeightGradient(int pad, bool reflect) : pad(pad), reflect(reflect) {}
+  std::string_view name() const override { return "conv2d_weight_gradient"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    return {{DType::real, {3, 3, in[0].shape.channels(), in[1].shape.channels()}}};
+  }
+  /// Output rows per chunk: both operands fit into the cache, and all partial sums into 16 MiB.
+  static std::int64_t chunk_rows(const Shape& x, const Shape& grad) {
+    const std::int64_t rows_in_cache = (1 << 17) / ((x[2] + grad[2]) * grad[1]);
+    const std::int64_t most_chunks = (1 << 22) / (taps * x[2] * grad[2]);
+    return chunk_length(grad[0], std::max<std::int64_t>(1, rows_in_cache),
+                        std::clamp<std::int64_t>(most_chunks, 1, 128));
+  }
+  static std::int64_t chunks_of_rows(const Shape& x, const Shape& grad) {
+    const std::int64_t rows = chunk_rows(x, grad);
+    return (grad[0] + rows - 1) / rows;
+  }
+
+  /// By Winograd's algorithm (CPUs): tiles that go through it together, and how many a work-item has in all.
+  static bool winograd(const Shape& x, const Shape& grad) {
+    return x[2] % 16 == 0 && grad[2] % 16 == 0 && winograd_tiles(grad) >= 4 * most_block;
+  }
+  static std::int64_t block(const Shape& x, const Shape& grad) {
+    return x[2] + grad[2] <= 192 ? most_block : most_block / 2;
+  }
+  static std::int64_t chunk_tiles(const Shape& x, const Shape& grad) {
+    const std::int64_t most_chunks = std::clamp<std::int64_t>((1 << 24) / (points * x[2] * grad[2]), 2, 32);
+    const std::int64_t least = (winograd_tiles(grad) + most_chunks - 1) / most_chunks, size = block(x, grad);
+    return (least + size - 1) / size * size;
+  }
+  static std::int64_t chunks_of_tiles(const Shape& x, const Shape& grad) {
+    const std::int64_t chunk = chunk_tiles(x, grad);
+    return (winograd_tiles(grad) + chunk - 1) / chunk;
+  }
+
+  /// Partial sums, those of the form that needs more, and zeros: the pixels outside of pictures.
+  TensorTypes workspaces(const TensorTypes& in) const override {
+    const Shape &x = in[0].shape, &grad = in[1].shape;
+    const std::int64_t rows = chunks_of_rows(x, grad) * taps,
+                       tiles = winograd(x, grad) ? chunks_of_tiles(x, grad) * points : 0;
+    return {{DType::real, {std::max(rows, tiles), x[2] * grad[2]}}, {DType::real, {std::max(x[2], grad[2])}}};
+  }
+  void launch(Launch& launch) const override {
+    winograd(launch.in(0).shape(), launch.in(1).shape()) && !launch.gpu() ? launch_winograd(launch)
+                                                                          : launch_taps(launch);
+  }
+  void launch_winograd(Launch& launch) const {
+    const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace(0),
+                 &zeros = launch.workspace(1), &out = launch.out();
+    Tile tile = choose_gradient_tile(launch, x[2], grad[2]);
+    while (grad[2] / 16 % tile.vectors != 0) --tile.vectors;
+    const Defines defines = {{"INNER", x[2]},
+                             {"OUTER", grad[2]},
+                             {"TILE_ROWS", tile.rows},
+                             {"TILE_VECTORS", tile.vectors},
+                             {"TILES", block(x.shape(), grad.shape())}};
+    const std::int64_t chunks = chunks_of_tiles(x.shape(), grad.shape());
+    launch.zero(zeros);
+    launch.kernel("conv2d_winograd.cl", "conv2d_winograd_gradient", defines)
+        .args(x, grad, zeros, partial, x[0], x[1], grad[0], grad[1], pad, reflect ? 1 : 0,
+              chunk_tiles(x.shape(), grad.shape()))
+        .run({static_cast<std::size_t>(chunks), 1, 1}, {1, 1, 1});
+    launch.kernel("conv2d_winograd.cl", "conv2d_winograd_weights", defines)
+        .args(partial, out, chunks)
+        .run({tiles(grad[2], 16), static_cast<std::size_t>(x[2]), 1}, {1, 1, 1});
+  }
+  void launch_taps(Launch& launch) const {
+    const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace(0);
+    const bool swapped = vectors_suit_first(x[2], grad[2]);
+    const std::int64_t m = swapped ? grad[2] : x[2], n = swapped ? x[2] : grad[2];
+    const std::int64_t chunks = chunks_of_rows(x.shape(), grad.shape());
+    const Tile tile = choose_gradient_tile(launch, m, n);
+    launch
+        .kernel("conv2d.cl", "conv2d_weight_gradient",
+                {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"SWAPPED", swapped ? 1 : 0}})
+        .args(x, grad, partial, x[0], x[1], grad[0], grad[1], m, n, pad, reflect ? 1 : 0,
+              chunk_rows(x.shape(), grad.shape()))
+        .run({taps * tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),
+              static_cast<std::size_t>(chunks)},
+             launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
+    sum_weight_partials(launch, partial, launch.out(), chunks, taps, m, n, swapped);
+  }
+  double flops(const TensorTypes& in, const TensorTypes& out) const override {
+    return 2.0 * static_cast<double>(in[1].shape.rows() * out[0].shape.elements());
+  }
+  const int pad;
+  const bool reflect;
+};
+
+}  // namespace
+
+Value conv2d_weight_gradient(Value x, Value grad, int pad, bool reflect) {
+  return x.graph->record_one(Conv2dWeightGradient(pad, reflect), {x, grad});
+}
+
+}  // namespace vivant
