@@ -29,7 +29,7 @@ struct Conv2dWeightGradient final : Op {
 
   /// By Winograd's algorithm (CPUs): tiles that go through it together, and how many a work-item has in all.
   static bool winograd(const Shape& x, const Shape& grad) {
-    return x[2] % 16 == 0 && grad[2] % 16 == 0 && winograd_tiles(grad) >= 4 * most_block;
+    return x[2] % 16 == 0 && grad[2] % 16 == 0 && winograd_tiles(grad) >= 2 * most_block;
   }
   static std::int64_t block(const Shape& x, const Shape& grad) {
     return x[2] + grad[2] <= 192 ? most_block : most_block / 2;
