@@ -10,7 +10,7 @@
 #define TILES 24
 #endif
 #define POINTS 36
-#define ALIGNED __attribute__((aligned(64)))
+#define ALIGNED __attribute__((aligned(128)))
 // Vector v of aligned numbers: vstore16 would become four stores, which stall the next load.
 #define AT(row, v) (((REALV*)(row))[v])
 

@@ -48,7 +48,7 @@
 #define SYNC barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
 #else
 #define BUFFER
-#define ALIGNED __attribute__((aligned(64)))
+#define ALIGNED __attribute__((aligned(128)))
 #define BLOCK get_global_id(0)
 #define EACH(i, count) for (int i = 0; i < (count); ++i)
 #define EACH_ELEMENT(row, c, rows, width) EACH(row, rows) EACH(c, width)
@@ -99,7 +99,7 @@ INLINE void add_products(const BUFFER REAL* x, int stride, int inputs, const BUF
 
 #else
 
-// Vector v of a row of a tensor, of whose columns `left` are left; `whole`: rows are aligned vectors.
+// Vector v of a row of a tensor, of whose columns `left` are left.
 INLINE REALV load_columns(const GLOBAL REAL* row, int v, int left) {
   if ((v + 1) * VW <= left) return VLOAD(v, row);
   REAL values[VW];

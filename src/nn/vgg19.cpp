@@ -157,7 +157,7 @@ const Vgg19::Packed& Vgg19::packed(std::size_t layer, bool transposed, bool wino
 void Vgg19::use_packed(Value w, std::size_t layer, const std::string& name, const Shape& image) const {
   for (const bool transposed : {false, true}) {
     const std::int64_t mirrored =
-        transposed && form_ == Form::normalised ? 2 : 0;  // the gradient of a border
+        transposed && form_ == Form::normalised ? 2 : 0;  // mirroring's gradient has a border
     const bool winograd = suits_winograd(w.shape(), transposed, image[0] + mirrored, image[1] + mirrored);
     const Packed& own = packed(layer, transposed, winograd);
     const Value value = w.graph->external(name + (transposed ? ".transposed" : ".packed"),

@@ -51,8 +51,8 @@ struct Conv2d final : Op {
             {"HAS_BIAS", launch.in(2) ? 1 : 0}, {"ACTIVATION", static_cast<int>(activation)}};
   }
   void launch(Launch& launch) const override {
-    const Tensor& zeros = launch.workspace();
-    if (pad > 0 && !reflect) launch.zero(zeros);
+    // Winograd's last tiles reach beyond the image whatever the padding is.
+    if (winograd || (pad > 0 && !reflect)) launch.zero(launch.workspace());
     winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);
   }
   void launch_winograd(Launch& launch) const {
@@ -60,7 +60,8 @@ struct Conv2d final : Op {
     const Tile tile = winograd_tile(packed.channels());
     const std::int64_t tiles_of_y = winograd_tiles(y.shape()), panels = packed[0];
     // Transformed inputs and products stay in the second cache, and every core gets work.
-    std::int64_t block = x.channels() <= 128 ? 24 : 24 / tile.rows % 2 == 0 ? 12 : tile.rows;
+    const std::int64_t most = x.channels() <= 128 ? 24 : 12;
+    std::int64_t block = most / tile.rows * tile.rows;
     const bool few = tiles_of_y < 8 * block;
     if (few) block = tile.rows;
     Defines macros = defines(launch, tile);

@@ -8,6 +8,7 @@ namespace vivant {
 namespace {
 
 constexpr std::int64_t taps = 9, points = 36, most_block = 24;
+constexpr std::int64_t most_channels = 1024;  // a work-item keeps 12 transformed tiles on its stack
 
 struct Conv2dWeightGradient final : Op {
   Conv2dWeightGradient(int pad, bool reflect) : pad(pad), reflect(reflect) {}
@@ -29,7 +30,8 @@ struct Conv2dWeightGradient final : Op {
 
   /// By Winograd's algorithm (CPUs): tiles that go through it together, and how many a work-item has in all.
   static bool winograd(const Shape& x, const Shape& grad) {
-    return x[2] % 16 == 0 && grad[2] % 16 == 0 && winograd_tiles(grad) >= 2 * most_block;
+    return x[2] % 16 == 0 && grad[2] % 16 == 0 && x[2] + grad[2] <= most_channels &&
+           winograd_tiles(grad) >= 2 * most_block;
   }
   static std::int64_t block(const Shape& x, const Shape& grad) {
     return x[2] + grad[2] <= 192 ? most_block : most_block / 2;

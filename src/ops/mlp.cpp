@@ -82,10 +82,16 @@ struct MlpGradient final : Op {
     return out;
   }
   bool accepts_counts() const override { return true; }
-  static std::int64_t chunk_rows(const Shape& x) { return chunk_length(x.rows(), 192, 64); }
+  /// Rows of one work-item, so that all partial sums fit into 64 MiB.
+  static std::int64_t chunk_rows(const Shape& x, const Chain& chain) {
+    std::int64_t weights = 0;
+    for (std::int64_t l = 0; l < chain.layers(); ++l) weights += chain.widths[l] * chain.widths[l + 1];
+    return chunk_length(x.rows(), 192, std::clamp<std::int64_t>((1 << 24) / weights, 2, 64));
+  }
   TensorTypes workspaces(const TensorTypes& in) const override {
     if (!of_layers) return {};
-    const std::int64_t chunk = chunk_rows(in[0].shape), chunks = (in[0].shape.rows() + chunk - 1) / chunk;
+    const std::int64_t chunk = chunk_rows(in[0].shape, chain(in)),
+                       chunks = (in[0].shape.rows() + chunk - 1) / chunk;
     TensorTypes partials;
     for (std::size_t i = fixed; i < in.size(); i += per_layer) {
       const Shape& w = in[i + 1].shape;
@@ -99,7 +105,8 @@ struct MlpGradient final : Op {
     for (const Tensor& tensor : launch.inputs) types.push_back(tensor.type);
     const Chain widths = chain(types);
     const Tensor &x = launch.in(0), none;
-    const std::int64_t rows = x.rows(), chunk = chunk_rows(x.shape()), chunks = (rows + chunk - 1) / chunk;
+    const std::int64_t rows = x.rows(), chunk = chunk_rows(x.shape(), widths),
+                       chunks = (rows + chunk - 1) / chunk;
     Defines defines = widths.defines(block_rows(launch, widths, 48), true, relu);
     defines.emplace_back("SAMPLE_GRADIENT", of_x ? 1 : 0);
     defines.emplace_back("LAYER_GRADIENT", of_layers ? 1 : 0);
@@ -220,6 +227,8 @@ const RegisterOp register_mlp({
     .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
       std::vector<MlpLayer> layers;
       for (std::size_t i = 1; i < in.size() && in[i]; i += 2) layers.push_back({in[i], in[i + 1]});
+      for (std::size_t i = 1 + 2 * layers.size(); i < in.size(); ++i)
+        if (in[i]) fail("[mlp] an input of layer {} is there, but not all weights up to it", (i - 1) / 2);
       return {mlp(in[0], layers, activation_from(a.text("output")))};
     },
 });

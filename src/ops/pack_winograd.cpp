@@ -5,7 +5,8 @@
 namespace vivant {
 namespace {
 
-constexpr std::int64_t least_tiles = 16;  // fewer do not pay for four times the weights
+constexpr std::int64_t least_tiles = 16;      // fewer do not pay for four times the weights
+constexpr std::int64_t most_channels = 1024;  // a work-item keeps 12 transformed tiles on its stack
 constexpr std::int64_t points = 36;
 
 struct PackWinograd final : Op {
@@ -43,9 +44,9 @@ std::string memo_name(bool transposed) { return transposed ? "winograd transpose
 }  // namespace
 
 bool suits_winograd(const Shape& w, bool transposed, std::int64_t height, std::int64_t width) {
-  if (w.rank() != 4) return false;
+  if (w.rank() != 4 || w[0] != 3 || w[1] != 3) return false;
   const std::int64_t k = w[transposed ? 3 : 2], n = w[transposed ? 2 : 3];
-  return k % 16 == 0 && n >= 16 && winograd_tiles(height, width) >= least_tiles;
+  return k % 16 == 0 && k <= most_channels && n >= 16 && winograd_tiles(height, width) >= least_tiles;
 }
 
 Value pack_winograd(Value w, bool transposed) {

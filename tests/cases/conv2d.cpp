@@ -60,6 +60,8 @@ const Register registration(OpCase{
                    {{15, 14, 32, 16, 3}, {{"padding", "reflect"}, {"activation", "softplus"}}},
                    {{18, 17, 16, 33, 3}, {{"padding", "none"}}},
                    {{13, 16, 16, 80, 3}, {{"padding", "reflect"}}},
+                   {{19, 20, 16, 16, 3}, {{"padding", "none"}}},  // tiles reach two pixels beyond
+                   {{2, 64, 16, 16, 3}, {{"padding", "reflect"}}},
                    {{25, 26, 16, 48, 3}},
                    {{28, 25, 32, 16, 3}, {{"padding", "reflect"}}}},
     .inputs = inputs,
