@@ -124,6 +124,7 @@ Value Field::planes(Graph& graph, std::int64_t size) const {
 Value Field::features(Graph& graph, Value planes, Value points) const {
   if (options_.encoding != Encoding::mlp) return triplane_sample(planes, points, options_.combine);
   std::vector<MlpLayer> layers;
+  layers.reserve(trunk_.size());
   for (const LinearLayer& layer : trunk_) layers.push_back(layer.in_mlp(graph));
   return mlp(positional_encoding(points, options_.position_frequencies), layers, Activation::relu);
 }

@@ -92,6 +92,7 @@ Value HumanModel::error_correction(Graph& graph, const HumanSamples& samples, Va
   x = error_layers_[0](graph, x);
   x = activate(add(x, gather_rows(error_layers_[layers + 1](graph, codes), samples.frame)), Activation::relu);
   std::vector<MlpLayer> rest;
+  rest.reserve(layers);
   for (int layer = 1; layer <= layers; ++layer) rest.push_back(error_layers_[layer].in_mlp(graph));
   return mlp(x, rest);
 }
@@ -161,6 +162,7 @@ HumanModel::CodeRow HumanModel::mixed_codes(const std::vector<std::pair<int, dou
 
 HumanModel::CodeRow HumanModel::mean_codes() const {
   std::vector<std::pair<int, double>> rows;
+  rows.reserve(frames_);
   for (int frame = 0; frame < frames_; ++frame) rows.emplace_back(frame, 1.0 / frames_);
   return mixed_codes(rows);
 }
