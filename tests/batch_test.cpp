@@ -59,9 +59,10 @@ TEST_CASE("batch file: lists multiply, keys at the top are defaults, paths are r
   CHECK(jobs[0].film.size == std::pair(48, 36));
   REQUIRE(jobs[0].films.size() == 2);
   CHECK(jobs[0].films[0].folder == folder / "films/a/train");
-  CHECK(jobs[0].films[0].style.empty());
+  CHECK(!jobs[0].films[0].look.stylised());
   CHECK(jobs[0].films[1].folder == folder / "films/a/train-wave");
-  CHECK(jobs[0].films[1].style == folder / "styles/wave.jpg");
+  CHECK(jobs[0].films[1].look.person == StyleMixture{{folder / "styles/wave.jpg"}});
+  CHECK(!jobs[0].films[1].look.layered());
   CHECK(jobs[3].film.views == folder / "path.json");
   CHECK(jobs[3].film.motion == folder / "dance.bvh");
   CHECK(jobs[3].films[1].folder == folder / "films/a/path-dance-wave");
@@ -73,9 +74,31 @@ TEST_CASE("batch file: lists multiply, keys at the top are defaults, paths are r
   CHECK(last.film.views == "first");
   CHECK(last.film.size == std::pair(20, 10));
   CHECK(last.film.frames == std::pair(2, 5));
-  CHECK(last.strength == 0.5);
+  CHECK(last.films[0].look.strength == 0.5);
   REQUIRE(last.films.size() == 1);
   CHECK(last.films[0].folder == folder / "films/elsewhere/first");
+}
+
+TEST_CASE("batch file: mixtures of styles, and styles of the layers") {
+  const TemporaryFolder folder;
+  const std::vector<BatchJob> jobs = jobs_of(folder,
+                                             "style = [\"a.jpg\", [\"b.jpg:0.7\", \"c.jpg:0.3\"]]\n"
+                                             "[[job]]\n"
+                                             "run = \"r\"\n"
+                                             "[[job]]\n"
+                                             "run = \"r\"\n"
+                                             "keep_colour = true\n"
+                                             "person_style = \"none\"\n");
+  REQUIRE(jobs.size() == 2);
+  REQUIRE(jobs[0].films.size() == 2);
+  CHECK(jobs[0].films[1].folder == folder / "films/r/test-b-c");
+  CHECK(jobs[0].films[1].look.scene == StyleMixture{{folder / "b.jpg", 0.7}, {folder / "c.jpg", 0.3}});
+  CHECK(!jobs[0].films[1].look.keep_colour);
+  const BatchFilm& film = jobs[1].films.at(0);
+  CHECK(film.folder == folder / "films/r/test-person-none-scene-a");
+  CHECK(film.look.person.empty());
+  CHECK(film.look.scene == StyleMixture{{folder / "a.jpg"}});
+  CHECK(film.look.keep_colour);
 }
 
 TEST_CASE("batch file: what is wrong is said with its line, in one line") {
@@ -89,8 +112,10 @@ TEST_CASE("batch file: what is wrong is said with its line, in one line") {
   CHECK(contains(refusal("[[job]]\nviews = \"test\"\n"), "line 1: the job has no 'run'"));
   CHECK(contains(refusal(job + "views = \"tset\"\n"), "line 3: views: unknown views 'tset'"));
   CHECK(contains(refusal(job + "views = []\n"), "line 3: views: it must be a text or a list of texts"));
-  CHECK(
-      contains(refusal(job + "style = [\"a\", 3]\n"), "line 3: style: it must be a text or a list of texts"));
+  CHECK(contains(refusal(job + "style = [\"a\", 3]\n"),
+                 "line 3: style: it must be a text, or a list of texts"));
+  CHECK(contains(refusal(job + "style = [[\"a:1\", \"b:-1\"]]\n"), "line 3: style: a style is IMAGE"));
+  CHECK(contains(refusal(job + "person_style = [\"a\", \"none\"]\n"), "'none' stands alone"));
   CHECK(contains(refusal(job + "size = \"48\"\n"), "line 3: size: a size is WIDTHxHEIGHT"));
   CHECK(
       contains(refusal(job + "strength = 2\n"), "line 3: strength: it must be a number from 0 to 1, not 2"));

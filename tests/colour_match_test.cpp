@@ -53,3 +53,20 @@ TEST_CASE("colour match: statistics taken in parts are those of the whole") {
   CHECK((parts.mean - whole.mean).norm() < 1e-9);
   CHECK((parts.covariance - whole.covariance).norm() < 1e-9);
 }
+
+TEST_CASE("colour match: take_chroma keeps the luma of one picture and the chroma of the other") {
+  const auto luma = [](const float* p) { return 0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2]; };
+  std::vector<float> pixels = colours(5, {0.6, 0.5, 0.4}, {0.05, 0.05, 0.05});
+  const std::vector<float> light = pixels, chroma = colours(6, {0.3, 0.45, 0.6}, {0.05, 0.05, 0.05});
+  take_chroma(pixels, chroma);
+  for (std::size_t i = 0; i < pixels.size(); i += 3) {
+    CHECK(luma(&pixels[i]) == doctest::Approx(luma(&light[i])).epsilon(1e-5));
+    CHECK(pixels[i] - pixels[i + 2] == doctest::Approx(chroma[i] - chroma[i + 2]).epsilon(1e-4));
+  }
+  // Towards white a colour fades, but keeps its luma and its hue.
+  std::vector<float> bright = {0.9f, 0.9f, 0.9f};
+  take_chroma(bright, std::vector<float>{1, 0, 0});
+  CHECK(luma(bright.data()) == doctest::Approx(0.9));
+  CHECK(bright[0] == doctest::Approx(1));
+  CHECK(bright[1] == doctest::Approx(bright[2]));
+}

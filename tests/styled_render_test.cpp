@@ -1,5 +1,6 @@
 // The program from a capture and paintings to stylised pictures, with as little training as there can be.
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "tiny_training.hpp"
 
@@ -43,6 +44,30 @@ void check_lively(const cv::Mat& picture) {
   CHECK(cv::norm(channels[0], channels[2], cv::NORM_L1) / static_cast<double>(picture.total()) > 5);
 }
 
+/// `both` must be the scene's style where the person is not and lean to the person's where the person is, and
+/// `unpainted` the same with the reconstruction in place of the person's style.
+void check_layers(const cv::Mat& both, const cv::Mat& scene_style, const cv::Mat& person_style,
+                  const cv::Mat& unpainted, const cv::Mat& plain) {
+  double most = 0;
+  int outside = 0;
+  for (int y = 0; y < both.rows; ++y)
+    for (int x = 0; x < both.cols; ++x) {
+      const cv::Point at(x, y);
+      const cv::Vec3d from = scene_style.at<cv::Vec3b>(at),
+                      way = cv::Vec3d(person_style.at<cv::Vec3b>(at)) - from;
+      if (cv::norm(way) < 60) continue;
+      const cv::Vec3d here = cv::Vec3d(both.at<cv::Vec3b>(at)) - from;
+      const double alpha = here.dot(way) / way.dot(way);
+      most = std::max(most, alpha);
+      outside += alpha < 0.02;
+      CHECK(cv::norm(here - alpha * way) < 3);
+      const cv::Vec3d other = cv::Vec3d(plain.at<cv::Vec3b>(at)) - from;
+      CHECK(cv::norm(from + alpha * other - cv::Vec3d(unpainted.at<cv::Vec3b>(at))) < 8);
+    }
+  CHECK(most > 0.1);
+  CHECK(outside > both.size().area() / 2);
+}
+
 }  // namespace
 
 TEST_CASE("styled render: pictures in the colours of each style, unlike the reconstruction") {
@@ -83,4 +108,26 @@ TEST_CASE("styled render: pictures in the colours of each style, unlike the reco
     CHECK(red_mean[2] - red_mean[0] > blue_mean[2] - blue_mean[0] + 20);
   }
   CHECK(difference(in_red[0], in_red[1]) > 1);
+
+  // Each layer in its own style, and one of them as it is: what changes is where the person is.
+  const std::vector<cv::Mat> layers = render("layers", " --person-style " + red + " --scene-style " + blue),
+                             scene = render("scene", " --style " + blue + " --person-style none"),
+                             mixed = render("mixed", " --style " + red + ":0.5 --style " + blue + ":0.5"),
+                             grey = render("grey", " --keep-colour --style " + red);
+  check_layers(layers[0], in_blue[0], in_red[0], scene[0], plain[0]);
+  CHECK(difference(mixed[0], in_red[0]) < difference(in_blue[0], in_red[0]));
+  CHECK(difference(mixed[0], in_blue[0]) < difference(in_blue[0], in_red[0]));
+  cv::Mat light, kept;
+  cv::cvtColor(plain[0], light, cv::COLOR_BGR2YCrCb);
+  cv::cvtColor(grey[0], kept, cv::COLOR_BGR2YCrCb);
+  std::vector<cv::Mat> before, after;
+  cv::split(light, before);
+  cv::split(kept, after);
+  CHECK(cv::norm(before[0], after[0], cv::NORM_L1) / static_cast<double>(before[0].total()) > 5);
+  for (const int chroma : {1, 2})
+    CHECK(cv::norm(before[chroma], after[chroma], cv::NORM_L1) / static_cast<double>(before[0].total()) < 4);
+  const Finished mistaken = run_vivant("render " + run + " --layers scene --person-style " + red + " -o " +
+                                       (folder / "mistaken").string());
+  CHECK(mistaken.exit_code == 2);
+  CHECK(contains(mistaken.err, "the film shows no person"));
 }

@@ -112,6 +112,31 @@ TEST_CASE("stylizer: tiles do not show, whatever the frame's size; strength 0 is
   CHECK(largest_difference(stylise(64, 64, 80, 0), plain) < 1e-4);
 }
 
+TEST_CASE("stylizer: mixtures go from one style to the other by their weights") {
+  Fixture f;
+  load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
+  const cv::Mat shown = picture("cubist.jpg", 32, 40);
+  const std::vector<float> features = f.features(shown);
+  const RenderedFrame frame{features, values_of(shown)};
+  const cv::Mat ink = read_image(asset_path("styles/ink_wash.jpg")),
+                wood = read_image(asset_path("styles/woodblock.jpg"));
+  FrameStylizer stylizer(f.device, f.stylizer, f.vgg, 32, 40, {.tokens = 64});
+  const ContentNorm norm = stylizer.measure({&frame, 1});
+  const auto mixed = [&](const std::vector<StylePicture>& styles) {
+    stylizer.set_style(styles, norm, {&frame, 1});
+    return stylizer.stylise(frame, 1);
+  };
+  const std::vector<float> all_ink = mixed({{ink}}), all_wood = mixed({{wood}});
+  CHECK(largest_difference(all_ink, all_wood) > 0.2);
+  CHECK(largest_difference(mixed({{ink, 3}, {ink, 1}}), all_ink) < 1e-4);
+  CHECK(largest_difference(mixed({{ink, 1e-6}, {wood, 5}}), all_wood) < 1e-3);
+  CHECK(largest_difference(mixed({{ink, 3}, {wood, 1}}), mixed({{wood, 0.25}, {ink, 0.75}})) < 1e-4);
+  const std::vector<float> half = mixed({{ink}, {wood}}), most = mixed({{ink, 9}, {wood, 1}});
+  CHECK(psnr(most, all_ink) > psnr(half, all_ink) + 5);
+  CHECK(psnr(half, all_ink) > psnr(all_wood, all_ink) + 1);
+  CHECK_THROWS_AS(mixed({{ink, 0}}), Error);
+}
+
 TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with the style in it computes") {
   Fixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));

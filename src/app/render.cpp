@@ -4,6 +4,35 @@
 #include "vivant/jobs/values.hpp"
 
 namespace vivant::app {
+namespace {
+
+/// The styles as they are written on the command line.
+struct StyleTexts {
+  std::vector<std::string> both, person, scene;
+
+  void apply(Look& look) const {
+    if (!both.empty()) look.person = look.scene = mixture_from(both);
+    if (!person.empty()) look.person = mixture_from(person);
+    if (!scene.empty()) look.scene = mixture_from(scene);
+  }
+};
+
+void add_look(CLI::App& command, Look& look, StyleTexts& styles) {
+  const auto add = [&](const char* name, std::vector<std::string>& target, const char* help) {
+    command.add_option(name, target, help)->allow_extra_args(false)->type_name("IMAGE[:WEIGHT]");
+  };
+  add("--style", styles.both, "paint in the style of this picture; given again: in a mixture by the weights");
+  add("--person-style", styles.person, "another style, or mixture, for the person; none: as it is");
+  add("--scene-style", styles.scene, "the same for the scene");
+  command.add_option("--strength", look.strength, "of the style: 0 is the reconstruction, 1 the whole style")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command.add_flag("--keep-colour", look.keep_colour,
+                   "the painting's light and strokes in the colours of the reconstruction");
+}
+
+}  // namespace
+
 void add_render(CLI::App& app, const Globals& globals) {
   CLI::App* command = app.add_subcommand("render", "Render views of a run");
   command->footer(
@@ -12,6 +41,9 @@ void add_render(CLI::App& app, const Globals& globals) {
       "  vivant render runs/first --views orbit --orbit-angle 20 -o orbit.mp4\n"
       "  vivant render runs/first --motion dance.bvh -o dance.mp4\n"
       "  vivant render runs/first --views all --style painting.jpg -o painted.mp4\n"
+      "  vivant render runs/first --style wave.jpg:0.7 --style clipper.jpg:0.3 -o mixed.mp4\n"
+      "  vivant render runs/first --person-style wave.jpg --scene-style clipper.jpg -o layers.mp4\n"
+      "  vivant render runs/first --style wave.jpg --scene-style none -o person-painted.mp4\n"
       "  vivant render runs/first --scene runs/garden --place 0.5,0,-1,90 -o in-the-garden.mp4\n"
       "  vivant render runs/first --views path.json --size 960x540 --frames 0:24 -o path.mp4");
   const auto options = std::make_shared<RenderOptions>();
@@ -62,16 +94,13 @@ void add_render(CLI::App& app, const Globals& globals) {
   command->add_option("--layers", options->layers, "what is shown")
       ->check(CLI::IsMember({"both", "scene", "human"}))
       ->capture_default_str();
-  command->add_option("--style", options->style, "paint in the style of this picture")->type_name("IMAGE");
-  command
-      ->add_option("--strength", options->strength,
-                   "of the style: 0 is the reconstruction, 1 the whole style")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
+  const auto styles = std::make_shared<StyleTexts>();
+  add_look(*command, options->look, *styles);
   command->add_option("-o,--output", options->output, "a film (.mp4) or a folder for pictures")
       ->required()
       ->type_name("FILE|DIR");
-  command->callback([options, views, &globals] {
+  command->callback([options, styles, views, &globals] {
+    styles->apply(options->look);
     if ((!options->film.motion.empty() || !options->scene.empty()) && views->count() == 0)
       options->film.views = "first";
     Device device(globals.device);

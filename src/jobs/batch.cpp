@@ -1,5 +1,6 @@
 #include "vivant/jobs/batch.hpp"
 
+#include <fmt/ranges.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -27,6 +28,16 @@ std::string content_name(const fs::path& file) {
   return fmt::format("{} {:08x}", file.filename().string(), sum);
 }
 
+/// The pictures of a mixture with their weights.
+std::string content_name(const StyleMixture& mixture) {
+  if (mixture.empty()) return "none";
+  std::vector<std::string> names;
+  for (const StyleShare& share : mixture)
+    names.push_back(mixture.size() == 1 ? content_name(share.picture)
+                                        : fmt::format("{}:{}", content_name(share.picture), share.weight));
+  return fmt::format("{}", fmt::join(names, " + "));
+}
+
 /// All that decides what a film's pictures look like.
 ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenRun& run,
                          const OpenRun& scene) {
@@ -37,9 +48,13 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
       {"views", options.views.ends_with(".json") ? content_name(options.views) : options.views},
       {"motion", content_name(options.motion)},
       {"motion_names", content_name(options.mapping)},
-      {"style", content_name(film.style)},
+      {"style", content_name(film.look.scene)},
       {"layers", job.layers}};
-  if (!film.style.empty()) settings["strength"] = job.strength;
+  if (film.look.layered())
+    settings["style"] =
+        fmt::format("person {}, scene {}", content_name(film.look.person), content_name(film.look.scene));
+  if (film.look.stylised()) settings["strength"] = film.look.strength;
+  if (film.look.stylised()) settings["keep_colour"] = film.look.keep_colour;
   if (options.views == "orbit") settings["orbit_angle"] = options.orbit_angle;
   if (options.views == "orbit") settings["orbit_frames"] = options.orbit_frames;
   settings["size"] = options.size ? fmt::format("{}x{}", options.size->first, options.size->second) : "own";
@@ -93,22 +108,22 @@ struct OpenFilm {
   const BatchFilm* film;
   FilmFolder folder;
   BatchResult* result;
-  bool whole = true;            ///< no picture is missing
-  std::size_t style_index = 0;  ///< in the stylizer
+  bool whole = true;           ///< no picture is missing
+  std::size_t look_index = 0;  ///< in the stylizer
 };
 
 /// Renders the frames of which a film misses the picture, once for all films.
 void render_missing(Device& device, const BatchJob& job, const OpenRun& run, const OpenRun& scene,
                     const Film& film, std::vector<OpenFilm>& films, Progress& progress) {
-  std::vector<fs::path> styles;
+  std::vector<Look> looks;
   for (OpenFilm& open : films) {
-    if (open.film->style.empty() || open.whole) continue;
-    open.style_index = styles.size();
-    styles.push_back(open.film->style);
+    if (!open.film->look.stylised() || open.whole) continue;
+    open.look_index = looks.size();
+    looks.push_back(open.film->look);
   }
-  FilmRenderer renderer(device, run, scene, film, job.layers, !styles.empty());
+  FilmRenderer renderer(device, run, scene, film, job.layers, !looks.empty());
   std::optional<FilmStylizer> stylizer;
-  if (!styles.empty()) stylizer.emplace(device, scene, film, renderer, styles);
+  if (!looks.empty()) stylizer.emplace(device, scene, film, renderer, looks);
   const int count = static_cast<int>(film.shots.size());
   progress.begin("render", 0, count);
   for (int i = 0; i < count; ++i) {
@@ -125,10 +140,9 @@ void render_missing(Device& device, const BatchJob& job, const OpenRun& run, con
     const double share = seconds_since(start) / static_cast<double>(missing.size());
     for (OpenFilm* open : missing) {
       const auto own_start = std::chrono::steady_clock::now();
-      const bool reconstruction = open->film->style.empty();
+      const bool stylised = open->film->look.stylised();
       write_image(open->folder.picture(i),
-                  to_picture_with_alpha(
-                      reconstruction ? frame : stylizer->stylise(frame, open->style_index, job.strength)));
+                  to_picture_with_alpha(stylised ? stylizer->stylise(frame, open->look_index) : frame));
       open->result->seconds += share + seconds_since(own_start);
       ++open->result->made;
     }
@@ -149,10 +163,8 @@ void make_films(Device& device, OpenRuns& runs, const BatchJob& job, std::span<B
   for (std::size_t i = 0; i < job.films.size(); ++i)
     results[i].error = failure_of([&] {
       results[i].frames = count;
-      if (!job.films[i].style.empty()) {
-        inspect_image(job.films[i].style);
-        check_can_stylise(scene);
-      }
+      check_look(job.films[i].look, job.layers, run.model->human() != nullptr);
+      if (job.films[i].look.stylised()) check_can_stylise(scene);
       films.push_back({&job.films[i],
                        FilmFolder(job.films[i].folder, settings_of(job, job.films[i], run, scene)),
                        &results[i]});

@@ -15,14 +15,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* own_motion = "own";
-constexpr const char* no_style = "none";
 
 /// What a [[job]] says.
 struct JobText {
   std::string name, output = "films", scene, layers = "both", motion_names;
-  std::vector<std::string> run, views, motion = {own_motion}, style = {no_style};  // these multiply
+  std::vector<std::string> run, views, motion = {own_motion};  // these and `style` multiply
+  std::vector<StyleMixture> style = {{}};
+  std::optional<StyleMixture> person_style, scene_style;
   FilmOptions film;
   double strength = 1;
+  bool keep_colour = false;
 };
 
 bool read(std::string& target, const toml::node& node) {
@@ -32,6 +34,21 @@ bool read(std::string& target, const toml::node& node) {
 }
 bool read(std::vector<std::string>& target, const toml::node& node) {
   target.assign(1, "");
+  if (!node.is_array()) return read(target[0], node);
+  target.clear();
+  for (const toml::node& element : *node.as_array())
+    if (!read(target.emplace_back(), element)) return false;
+  return !target.empty();
+}
+/// A text, or a list of them: the shares of a mixture.
+bool read(StyleMixture& target, const toml::node& node) {
+  std::vector<std::string> texts;
+  if (!read(texts, node)) return false;
+  target = mixture_from(texts);
+  return true;
+}
+bool read(std::vector<StyleMixture>& target, const toml::node& node) {
+  target.assign(1, {});
   if (!node.is_array()) return read(target[0], node);
   target.clear();
   for (const toml::node& element : *node.as_array())
@@ -85,7 +102,18 @@ const std::map<std::string, JobKey>& job_keys() {
         }}},
       {"motion", {texts, [](JobText& job, Node node) { return read(job.motion, node); }}},
       {"motion_names", {text, [](JobText& job, Node node) { return read(job.motion_names, node); }}},
-      {"style", {texts, [](JobText& job, Node node) { return read(job.style, node); }}},
+      {"style",
+       {"a text, or a list of texts and of lists of texts, which are mixtures",
+        [](JobText& job, Node node) { return read(job.style, node); }}},
+      {"person_style",
+       {texts, [](JobText& job, Node node) { return read(job.person_style.emplace(), node); }}},
+      {"scene_style", {texts, [](JobText& job, Node node) { return read(job.scene_style.emplace(), node); }}},
+      {"keep_colour",
+       {"true or false",
+        [](JobText& job, Node node) {
+          if (node.is_boolean()) job.keep_colour = **node.as_boolean();
+          return node.is_boolean();
+        }}},
       {"strength",
        {"a number from 0 to 1", [](JobText& job, Node node) { return read(job.strength, node, 0, 1); }}},
       {"scene", {text, [](JobText& job, Node node) { return read(job.scene, node); }}},
@@ -141,6 +169,26 @@ std::string run_name(const std::string& run) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
+/// The film of a style: `folder` is its name without the style.
+BatchFilm film_of(const JobText& text, const StyleMixture& style, const fs::path& folder,
+                  const fs::path& base) {
+  Look look{text.person_style.value_or(style), text.scene_style.value_or(style), text.strength,
+            text.keep_colour};
+  const auto name_of = [](const StyleMixture& mixture) {
+    std::string name = mixture.empty() ? "-none" : "";
+    for (const StyleShare& share : mixture) name += "-" + stem(share.picture.string());
+    return name;
+  };
+  std::string name = folder.string();
+  if (look.layered())
+    name += "-person" + name_of(look.person) + "-scene" + name_of(look.scene);
+  else if (look.stylised())
+    name += name_of(look.scene);
+  for (StyleMixture* mixture : {&look.person, &look.scene})
+    for (StyleShare& share : *mixture) share.picture = base / share.picture;
+  return {name, look};
+}
+
 /// One job for each run, views and motion, with a film for each style.
 std::vector<BatchJob> multiplied(const JobText& text, const fs::path& base) {
   std::vector<BatchJob> jobs;
@@ -151,17 +199,15 @@ std::vector<BatchJob> multiplied(const JobText& text, const fs::path& base) {
       const bool moves = motion != own_motion || !text.scene.empty();
       if (text.views.empty()) views = {moves ? "first" : "test"};
       for (const std::string& view : views) {
-        BatchJob job{base / run, under_base(text.scene), text.film, text.layers, text.strength, {}};
+        BatchJob job{base / run, under_base(text.scene), text.film, text.layers, {}};
         job.film.views = view.ends_with(".json") ? (base / view).string() : view;
         if (motion != own_motion) job.film.motion = base / motion;
         job.film.mapping = under_base(text.motion_names);
         std::string name = stem(view);
         if (motion != own_motion) name += "-" + stem(motion);
         const fs::path folder = base / text.output / (text.name.empty() ? run_name(run) : text.name);
-        for (const std::string& style : text.style)
-          job.films.push_back(style == no_style
-                                  ? BatchFilm{folder / name, {}}
-                                  : BatchFilm{folder / (name + "-" + stem(style)), base / style});
+        for (const StyleMixture& style : text.style)
+          job.films.push_back(film_of(text, style, folder / name, base));
         jobs.push_back(std::move(job));
       }
     }

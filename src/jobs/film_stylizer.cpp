@@ -1,5 +1,7 @@
 #include "vivant/jobs/film_stylizer.hpp"
 
+#include <algorithm>
+
 #include "vivant/io/image.hpp"
 #include "vivant/model/frame_stylizer.hpp"
 
@@ -18,7 +20,27 @@ std::vector<float> seen_colours(const LayerFrame& frame) {
 
 struct FilmStylizer::State {
   Vgg19 vgg;
-  std::vector<std::unique_ptr<FrameStylizer>> styles;
+  std::vector<Look> looks;
+  struct Painter {
+    StyleMixture mixture;
+    std::unique_ptr<FrameStylizer> stylizer;
+  };
+  std::vector<Painter> painters;  ///< one for each mixture of the looks
+
+  /// The frame's colours in a mixture of styles; as they are without any.
+  std::vector<float> painted(const RenderedFrame& frame, const StyleMixture& mixture,
+                             const Look& look) const {
+    std::vector<float> rgb(frame.rgb.begin(), frame.rgb.end());
+    if (mixture.empty()) return rgb;
+    for (const Painter& painter : painters)
+      if (painter.mixture == mixture) rgb = painter.stylizer->stylise(frame, look.strength);
+    if (look.keep_colour) take_chroma(rgb, frame.rgb);
+    return rgb;
+  }
+  bool has_painter(const StyleMixture& mixture) const {
+    return std::any_of(painters.begin(), painters.end(),
+                       [&](const Painter& painter) { return painter.mixture == mixture; });
+  }
 };
 
 void check_can_stylise(const OpenRun& scene) {
@@ -28,11 +50,9 @@ void check_can_stylise(const OpenRun& scene) {
 }
 
 FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& film, FilmRenderer& renderer,
-                           const std::vector<std::filesystem::path>& styles)
-    : state_(new State{Vgg19(device), {}}) {
+                           const std::vector<Look>& looks)
+    : state_(new State{Vgg19(device), looks, {}}) {
   check_can_stylise(scene);
-  std::vector<cv::Mat> paintings;
-  for (const std::filesystem::path& style : styles) paintings.push_back(read_image(style));
   const cv::Size size = film_size(film);
   std::vector<LayerFrame> references;
   std::vector<RenderedFrame> views;
@@ -41,22 +61,38 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
     references.back().rgb = seen_colours(references.back());
   }
   for (const LayerFrame& frame : references) views.push_back({frame.features, frame.rgb});
-  for (const cv::Mat& painting : paintings) {
-    state_->styles.push_back(
-        std::make_unique<FrameStylizer>(device, scene.model->stylizer(), state_->vgg, size.height, size.width,
-                                        FrameStylizer::Options{.tokens = scene.config.style.tokens}));
-    state_->styles.back()->set_style(painting, scene.model->content_norm().read(), views);
-  }
+  for (const Look& look : looks)
+    for (const StyleMixture& mixture : {look.person, look.scene}) {
+      if (mixture.empty() || state_->has_painter(mixture)) continue;
+      std::vector<StylePicture> pictures;
+      for (const StyleShare& share : mixture) pictures.push_back({read_image(share.picture), share.weight});
+      auto stylizer = std::make_unique<FrameStylizer>(
+          device, scene.model->stylizer(), state_->vgg, size.height, size.width,
+          FrameStylizer::Options{.tokens = scene.config.style.tokens});
+      stylizer->set_style(pictures, scene.model->content_norm().read(), views);
+      state_->painters.push_back({mixture, std::move(stylizer)});
+    }
 }
 FilmStylizer::~FilmStylizer() = default;
 
-LayerFrame FilmStylizer::stylise(const LayerFrame& frame, std::size_t style, double strength) {
+LayerFrame FilmStylizer::stylise(const LayerFrame& frame, std::size_t index) {
+  const Look& look = state_->looks.at(index);
   const std::vector<float> rgb = seen_colours(frame);
-  LayerFrame painted{frame.width, frame.height, {}, frame.alpha, {}};
-  painted.rgb = state_->styles.at(style)->stylise({frame.features, rgb}, strength);
-  for (std::size_t i = 0; i < frame.alpha.size(); ++i)
-    for (int c = 0; c < 3; ++c) painted.rgb[3 * i + c] *= frame.alpha[i];
-  return painted;
+  const RenderedFrame rendered{frame.features, rgb};
+  LayerFrame result{frame.width, frame.height, {}, frame.alpha, frame.person, {}};
+  if (!frame.alpha.empty()) {
+    result.rgb = state_->painted(rendered, look.person, look);
+    for (std::size_t i = 0; i < frame.alpha.size(); ++i)
+      for (int c = 0; c < 3; ++c) result.rgb[3 * i + c] *= frame.alpha[i];
+    return result;
+  }
+  result.rgb = state_->painted(rendered, look.scene, look);
+  if (!look.layered() || frame.person.empty()) return result;
+  const std::vector<float> person = state_->painted(rendered, look.person, look);
+  for (std::size_t i = 0; i < frame.person.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      result.rgb[3 * i + c] += frame.person[i] * (person[3 * i + c] - result.rgb[3 * i + c]);
+  return result;
 }
 
 }  // namespace vivant

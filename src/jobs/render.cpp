@@ -19,21 +19,21 @@ void render(Device& device, const RenderOptions& options, Progress& progress) {
   if (!options.scene.empty()) other.emplace(open_run(device, options.scene, progress));
   const OpenRun& scene = other ? *other : run;
   const Film film = plan_film(run, scene, options.film);
-  if (!options.style.empty()) inspect_image(options.style);  // before there is any output
+  check_look(options.look, options.layers, run.model->human() != nullptr);  // before there is any output
   std::unique_ptr<VideoWriter> video;
   if (options.output.extension() == ".mp4")
     video = std::make_unique<VideoWriter>(options.output, film_size(film), film.fps);
   else
     make_folder(options.output);
-  FilmRenderer renderer(device, run, scene, film, options.layers, !options.style.empty());
+  FilmRenderer renderer(device, run, scene, film, options.layers, options.look.stylised());
   std::optional<FilmStylizer> stylizer;
-  if (!options.style.empty()) stylizer.emplace(device, scene, film, renderer, std::vector{options.style});
+  if (options.look.stylised()) stylizer.emplace(device, scene, film, renderer, std::vector{options.look});
   const InterruptGuard guard;
   const auto count = static_cast<std::int64_t>(film.shots.size());
   progress.begin("render", 0, count);
   for (std::int64_t i = 0; i < count; ++i) {
     LayerFrame frame = renderer.render(film.shots[i]);
-    if (stylizer) frame = stylizer->stylise(frame, 0, options.strength);
+    if (stylizer) frame = stylizer->stylise(frame, 0);
     if (video)
       video->write(to_picture(frame));
     else

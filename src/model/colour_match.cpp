@@ -57,4 +57,21 @@ ColourTransform match_colours(const ColourStatistics& from, const ColourStatisti
   return transform;
 }
 
+void take_chroma(std::span<float> light, std::span<const float> colours) {
+  const Eigen::Vector3f weights(0.299f, 0.587f, 0.114f);
+  for (std::size_t i = 0; i + 2 < light.size(); i += 3) {
+    Eigen::Map<Eigen::Vector3f> pixel(&light[i]);
+    const Eigen::Vector3f colour =
+        Eigen::Map<const Eigen::Vector3f>(&colours[i]).cwiseMax(0.0f).cwiseMin(1.0f);
+    const float luma = std::clamp(weights.dot(pixel), 0.0f, 1.0f);
+    const Eigen::Vector3f chroma = colour.array() - weights.dot(colour);
+    float kept = 1;
+    for (int c = 0; c < 3; ++c) {
+      if (chroma[c] > 0) kept = std::min(kept, (1 - luma) / chroma[c]);
+      if (chroma[c] < 0) kept = std::min(kept, -luma / chroma[c]);
+    }
+    pixel = (kept * chroma).array() + luma;
+  }
+}
+
 }  // namespace vivant

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "vivant/graph/executor.hpp"
 
@@ -77,6 +78,28 @@ cv::Mat style_picture(const cv::Mat& rgb8, std::int64_t tokens) {
   return cv::min(cv::max(picture, 0.0), 1.0);
 }
 
+/// A style's tokens on the host.
+struct HostTokens {
+  struct Tensor {
+    Shape shape;
+    std::vector<float> values;
+  };
+  Tensor keys, values;
+  std::optional<Tensor> bias;
+};
+
+/// The shares of the styles, which sum up to 1.
+std::vector<double> shares_of(std::span<const StylePicture> styles) {
+  double sum = 0;
+  std::vector<double> shares;
+  for (const StylePicture& style : styles) {
+    if (!(style.weight > 0)) fail("the weight of a style must be above 0, not {}", style.weight);
+    sum += style.weight;
+  }
+  for (const StylePicture& style : styles) shares.push_back(style.weight / sum);
+  return shares;
+}
+
 std::span<const float> floats_of(const cv::Mat& picture) {
   return {picture.ptr<float>(), picture.total() * picture.channels()};
 }
@@ -96,7 +119,8 @@ struct FrameStylizer::State {
   State(Device& device, const Stylizer& stylizer, const Vgg19& vgg, int height, int width,
         const Options& options);
 
-  void set_style(const cv::Mat& picture, const ContentNorm& norm);
+  void set_style(std::span<const StylePicture> styles, const ContentNorm& norm);
+  HostTokens tokens_of(const cv::Mat& rgb8);
   ContentNorm measure(std::span<const RenderedFrame> frames);
   /// Luma at a quarter and detail of a frame.
   void look_at(const RenderedFrame& frame);
@@ -155,19 +179,26 @@ FrameStylizer::State::State(Device& device, const Stylizer& stylizer, const Vgg1
                                         sample_statistics.luma.mean, sample_statistics.luma.deviation});
 }
 
-void FrameStylizer::State::set_style(const cv::Mat& rgb8, const ContentNorm& norm) {
-  Graph style_graph;
+HostTokens FrameStylizer::State::tokens_of(const cv::Mat& rgb8) {
+  Graph graph;
   const cv::Mat small = style_picture(rgb8, options.tokens);
-  const Value picture = style_graph.input("painting", {small.rows, small.cols, 3});
-  const Value light = stylizer.feature_luma(stylizer.luma(style_graph, picture));
+  const Value picture = graph.input("painting", {small.rows, small.cols, 3});
+  const Value light = stylizer.feature_luma(stylizer.luma(graph, picture));
   const StyleTokens tokens =
-      stylizer.style_tokens(style_graph, vgg.features(picture, {"relu3_1"}).at("relu3_1"), light);
+      stylizer.style_tokens(graph, vgg.features(picture, {"relu3_1"}).at("relu3_1"), light);
   Values outputs = {tokens.keys, tokens.values};
   if (tokens.bias) outputs.push_back(tokens.bias);
-  Executor style_executor(device, style_graph, outputs);
-  style_executor.write(picture, floats_of(small));
-  style_executor.run();
+  Executor executor(device, graph, outputs);
+  executor.write(picture, floats_of(small));
+  executor.run();
+  const auto read = [&](Value value) { return HostTokens::Tensor{value.shape(), executor.read(value)}; };
+  HostTokens result{read(tokens.keys), read(tokens.values), {}};
+  if (tokens.bias) result.bias = read(tokens.bias);
+  return result;
+}
 
+void FrameStylizer::State::set_style(std::span<const StylePicture> styles, const ContentNorm& norm) {
+  const std::vector<double> shares = shares_of(styles);
   tile_executor.reset();
   tile_graph = std::make_unique<Graph>();
   Graph& graph = *tile_graph;
@@ -178,23 +209,32 @@ void FrameStylizer::State::set_style(const cv::Mat& rgb8, const ContentNorm& nor
   strength_value = graph.scalar("strength");
   statistics = {{graph.input("mean", {C}), graph.input("deviation", {C})},
                 {graph.input("luma mean", {1}), graph.input("luma deviation", {1})}};
-  const auto copied = [&](const char* name, Value value) {
-    return value ? graph.input(name, value.shape()) : Value{};
-  };
-  const StyleTokens here = {copied("keys", tokens.keys), copied("bias", tokens.bias),
-                            copied("values", tokens.values)};
   const Value content = stylizer.content(graph, features);
-  const Value stylised = stylizer.attend(graph, content, tile_luma, here, statistics);
+
+  std::vector<std::pair<Value, std::vector<float>>> numbers;  // of the styles
+  const auto copied = [&](const char* name, HostTokens::Tensor tensor) {
+    numbers.emplace_back(graph.input(name, tensor.shape), std::move(tensor.values));
+    return numbers.back().first;
+  };
+  // S * norm(c) + M is linear in M and S: what the styles give is mixed instead of what they are made of.
+  Value stylised;
+  for (std::size_t i = 0; i < styles.size(); ++i) {
+    HostTokens tokens = tokens_of(styles[i].picture);
+    const StyleTokens here = {copied("keys", std::move(tokens.keys)),
+                              tokens.bias ? copied("bias", std::move(*tokens.bias)) : Value{},
+                              copied("values", std::move(tokens.values))};
+    Value one = stylizer.attend(graph, content, tile_luma, here, statistics);
+    if (styles.size() > 1) one = affine(one, shares[i]);
+    stylised = stylised ? add(stylised, one) : one;
+  }
   image = stylizer.decode(graph, blend(content, stylised, strength_value),
                           stylizer.options().detail ? tile_detail : Value{});
   tile_executor = std::make_unique<Executor>(device, graph, Values{image});
-  tile_executor->write(here.keys, style_executor.read(tokens.keys));
-  tile_executor->write(here.values, style_executor.read(tokens.values));
-  if (tokens.bias) tile_executor->write(here.bias, style_executor.read(tokens.bias));
+  for (const auto& [value, here] : numbers) tile_executor->write(value, here);
   const Values targets = statistics.values();
-  const std::vector<float>* numbers[] = {&norm.feature_mean, &norm.feature_deviation, &norm.luma_mean,
-                                         &norm.luma_deviation};
-  for (std::size_t i = 0; i < targets.size(); ++i) tile_executor->write(targets[i], *numbers[i]);
+  const std::vector<float>* measured[] = {&norm.feature_mean, &norm.feature_deviation, &norm.luma_mean,
+                                          &norm.luma_deviation};
+  for (std::size_t i = 0; i < targets.size(); ++i) tile_executor->write(targets[i], *measured[i]);
 }
 
 void FrameStylizer::State::look_at(const RenderedFrame& frame) {
@@ -279,15 +319,28 @@ ContentNorm FrameStylizer::measure(std::span<const RenderedFrame> frames) {
   return state_->measure(frames);
 }
 
-void FrameStylizer::set_style(const cv::Mat& picture, const ContentNorm& norm,
+void FrameStylizer::set_style(std::span<const StylePicture> styles, const ContentNorm& norm,
                               std::span<const RenderedFrame> frames) {
+  if (styles.empty()) fail("a style needs at least one picture");
   if (frames.empty()) fail("a style needs at least one frame that it will be used on");
-  state_->set_style(picture, norm);
+  state_->set_style(styles, norm);
   ColourStatistics rendered;
   for (const RenderedFrame& frame : frames) rendered.add(state_->stylise(frame, 1));
-  ColourStatistics painting;
-  painting.add(floats_of(style_picture(picture, state_->options.tokens)));
-  state_->colours = match_colours(rendered, painting, state_->options.colour_match);
+  const std::vector<double> shares = shares_of(styles);
+  state_->colours = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
+  for (std::size_t i = 0; i < styles.size(); ++i) {
+    ColourStatistics painting;
+    painting.add(floats_of(style_picture(styles[i].picture, state_->options.tokens)));
+    const ColourTransform own = match_colours(rendered, painting, state_->options.colour_match);
+    state_->colours.matrix += shares[i] * own.matrix;
+    state_->colours.offset += shares[i] * own.offset;
+  }
+}
+
+void FrameStylizer::set_style(const cv::Mat& picture, const ContentNorm& norm,
+                              std::span<const RenderedFrame> frames) {
+  const StylePicture style{picture};
+  set_style({&style, 1}, norm, frames);
 }
 
 std::vector<float> FrameStylizer::stylise(const RenderedFrame& frame, double strength) {

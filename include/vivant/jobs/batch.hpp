@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vivant/jobs/film.hpp"
+#include "vivant/jobs/look.hpp"
 #include "vivant/jobs/progress.hpp"
 #include "vivant/runtime/device.hpp"
 
@@ -12,15 +13,14 @@ namespace vivant {
 /// A film to make: its numbered pictures lie in `folder`, the film beside it as `folder`.mp4.
 struct BatchFilm {
   std::filesystem::path folder;
-  std::filesystem::path style;  ///< empty: the reconstruction
+  Look look;  ///< without styles the reconstruction
 };
 
-/// Films that show the same and differ in style alone: every frame is rendered once for all of them.
+/// Films that show the same and differ in their looks alone: every frame is rendered once for all of them.
 struct BatchJob {
   std::filesystem::path run, scene;  ///< as in RenderOptions
   FilmOptions film;
   std::string layers = "both";
-  double strength = 1;
   std::vector<BatchFilm> films;
 };
 

@@ -15,6 +15,7 @@ struct LayerFrame {
   int width = 0, height = 0;
   std::vector<float> rgb;       ///< [H, W, 3] not clamped; the person alone is premultiplied with alpha
   std::vector<float> alpha;     ///< [H, W], empty unless the person is alone
+  std::vector<float> person;    ///< [H, W], the person's share of each pixel; empty unless before a scene
   std::vector<float> features;  ///< [ceil(H/4), ceil(W/4), 256] like the colours; empty unless asked for
 };
 

@@ -1,27 +1,28 @@
 #pragma once
-#include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "vivant/jobs/film_renderer.hpp"
+#include "vivant/jobs/look.hpp"
 
 namespace vivant {
 
 /// Throws Error for a run that has learned no features yet, which styles need.
 void check_can_stylise(const OpenRun& scene);
 
-/// Paints the frames of a film in one style or several.
+/// Paints the frames of a film in one look or several.
 class FilmStylizer {
  public:
   /// Uses the stylizer of `scene`, which must outlive this. `renderer` renders features; it makes the film's
   /// reference frames, from which the colours are matched to the paintings. Throws Error for a run that has
   /// learned no features yet, a picture that cannot be read, and views of several sizes.
   FilmStylizer(Device& device, const OpenRun& scene, const Film& film, FilmRenderer& renderer,
-               const std::vector<std::filesystem::path>& styles);
+               const std::vector<Look>& looks);
   ~FilmStylizer();
 
-  /// The frame in the style of this index. strength blends from the reconstruction (0) to the style (1).
-  LayerFrame stylise(const LayerFrame& frame, std::size_t style, double strength);
+  /// The frame in the look of this index. Person and scene with styles of their own are painted one after the
+  /// other, each as the whole picture, and put together by the person's alpha.
+  LayerFrame stylise(const LayerFrame& frame, std::size_t look);
 
  private:
   struct State;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "vivant/jobs/film.hpp"
+#include "vivant/jobs/look.hpp"
 #include "vivant/jobs/progress.hpp"
 #include "vivant/runtime/device.hpp"
 
@@ -12,10 +13,8 @@ struct RenderOptions {
   std::filesystem::path run;
   std::filesystem::path scene;  ///< another run, whose scene the person is put into; empty: their own
   FilmOptions film;
-  std::string layers = "both";  ///< both, scene or human
-  std::filesystem::path
-      style;            ///< the film is painted in the style of this picture; empty: the reconstruction
-  double strength = 1;  ///< of the style, 0 to 1
+  std::string layers = "both";   ///< both, scene or human
+  Look look;                     ///< of the film; without styles the reconstruction
   std::filesystem::path output;  ///< a film (.mp4), or a folder for numbered pictures
 };
 

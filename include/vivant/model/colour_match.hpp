@@ -32,4 +32,8 @@ struct ColourTransform {
 /// `amount`.
 ColourTransform match_colours(const ColourStatistics& from, const ColourStatistics& to, double amount);
 
+/// The luma of `light` with the chroma of `colours`, both pixels [n, 3]: `light` becomes it. Where a colour
+/// would leave [0, 1] it is drawn towards grey, so that luma and hue stay.
+void take_chroma(std::span<float> light, std::span<const float> colours);
+
 }  // namespace vivant

@@ -26,6 +26,12 @@ struct ContentNorm {
   std::vector<float> feature_mean, feature_deviation, luma_mean, luma_deviation;
 };
 
+/// A painting (CV_8UC3 RGB, of any size) and its share in a mixture of styles, above 0.
+struct StylePicture {
+  cv::Mat picture;
+  double weight = 1;
+};
+
 /// Stylises frames of one size in tiles, so that memory does not grow with the frame; tiles do not show.
 class FrameStylizer {
  public:
@@ -42,8 +48,11 @@ class FrameStylizer {
 
   /// The statistics of norm(c) over all these frames together.
   ContentNorm measure(std::span<const RenderedFrame> frames);
-  /// The style from now on: a picture of any size, CV_8UC3 RGB. The colour match comes from `frames`, some of
-  /// what will be stylised; like the statistics it is frozen until the next call.
+  /// The style from now on: one painting, or several whose AdaAttN means and deviations are mixed by their
+  /// weights (only the ratios count). The colour match comes from `frames`, some of what will be stylised;
+  /// like the statistics it is frozen until the next call.
+  void set_style(std::span<const StylePicture> styles, const ContentNorm& norm,
+                 std::span<const RenderedFrame> frames);
   void set_style(const cv::Mat& picture, const ContentNorm& norm, std::span<const RenderedFrame> frames);
 
   /// Colours [H, W, 3] in [0, 1]. strength blends from the reconstruction (0) to the style (1).
