@@ -91,11 +91,15 @@ Limits measure_limits(Device& device, bool quick) {
   Limits limits;
   limits.flops = fma_rate(device, quick);
   measure_memory(device, quick, limits);
+  limits.launch_seconds = launch_seconds(device, quick);
   const Buffer one = device.allocate(sizeof(float));
-  const Command launch = touch(device, one);
-  limits.launch_seconds = fastest_seconds(device, launch, quick, launches_per_batch) / launches_per_batch;
-  limits.launch_and_finish_seconds = fastest_seconds(device, launch, quick);
+  limits.launch_and_finish_seconds = fastest_seconds(device, touch(device, one), quick);
   return limits;
+}
+
+double launch_seconds(Device& device, bool quick) {
+  const Buffer one = device.allocate(sizeof(float));
+  return fastest_seconds(device, touch(device, one), quick, launches_per_batch) / launches_per_batch;
 }
 
 std::string describe(const Limits& limits) {

@@ -23,6 +23,8 @@ struct Limits {
 
 /// `quick`: smaller arrays and fewer repetitions.
 Limits measure_limits(Device& device, bool quick);
+/// Limits::launch_seconds alone.
+double launch_seconds(Device& device, bool quick);
 
 /// The limits in words, one a line.
 std::string describe(const Limits& limits);

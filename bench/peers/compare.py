@@ -19,6 +19,7 @@ from work import workloads
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
+OURS = [str(ROOT / "build/bench/workloads")]
 THREADS = 2
 IN_BF16 = ("torch", "torch (rewritten)", "oneDNN")
 PEER_MODE = {"fp32": "fp32", "bf16x3": "fp32", "bf16": "bf16"}  # bf16x3 has the accuracy of fp32
@@ -58,6 +59,11 @@ class Program:
         tensors = read_tensors(path)
         path.unlink()
         return tensors
+
+    def launch_share(self, seconds):
+        """Kernels in a run, and the part of its time that their launches take. Of our program alone."""
+        count, cost = self.ask("launches").split()[1:]
+        return int(count), int(count) * float(cost) / seconds
 
     def close(self):
         self.process.stdin.close()
@@ -117,58 +123,82 @@ def measure(programs, rounds):
     return times
 
 
+def load_ours(program, work, request, folder):
+    """Loads work into our program; its error, and what it should compute."""
+    small = {**request, **work.checked_at}
+    try:
+        program.load(small)
+        program.ask(f"inputs {request['inputs']}")
+        truth = reference(small, folder)
+        program.run(1)
+        error = error_of(program.results(folder), truth)
+        if work.checked_at:
+            program.load(request)
+        return error, truth
+    except RuntimeError as error:
+        raise SystemExit(f"our program failed in {work.name}: {error}") from error
+
+
+def load_peer(peer, work, request, truth, folder):
+    """A peer that has the work loaded, and its error; None when it cannot do this work."""
+    program = Program(command_of(peer))
+    try:
+        program.load(request)
+        program.run(1)
+        error = error_of(program.results(folder), truth)
+    except RuntimeError as reason:
+        print(f"{peer} left out of {work.name}: {reason}", file=sys.stderr)
+        program.close()
+        return None
+    if error > SAME_WORK[request["mode"]]:
+        print(f"{peer} computes something else in {work.name}: error {error:.1e}", file=sys.stderr)
+    return program, error
+
+
 def compare(work, mode, ours, folder, rounds):
     """Rows of the table for one workload in one of our modes."""
     request = {**work.request, "mode": mode, "inputs": f"{folder}/inputs.safetensors",
                "vgg": str(ROOT / "assets/vgg19.safetensors")}
-    ours.load(request)
-    ours.ask(f"inputs {request['inputs']}")
-    truth = reference(request, folder)
     programs, errors = {"ours": ours}, {}
+    errors["ours"], truth = load_ours(ours, work, request, folder)
     for peer in work.peers:
         if PEER_MODE[mode] == "bf16" and peer not in IN_BF16:
             continue
-        programs[peer] = Program(command_of(peer))
-        try:
-            programs[peer].load({**request, "mode": PEER_MODE[mode]})
-        except RuntimeError as error:
-            print(f"{peer} left out of {work.name}: {error}", file=sys.stderr)
-            programs.pop(peer).close()
-    for name, program in list(programs.items()):
-        try:
-            program.run(1)
-            errors[name] = error_of(program.results(folder), truth)
-        except RuntimeError as error:
-            print(f"{name} left out of {work.name}: {error}", file=sys.stderr)
-            programs.pop(name).close()
-            continue
-        if name != "ours" and errors[name] > SAME_WORK[PEER_MODE[mode]]:
-            print(f"{name} computes something else in {work.name}: error {errors[name]:.1e}", file=sys.stderr)
-    if "ours" not in programs:
-        raise SystemExit(f"our program failed in {work.name}")
+        loaded = load_peer(peer, work, {**request, "mode": PEER_MODE[mode]}, truth, folder)
+        if loaded:
+            programs[peer], errors[peer] = loaded
     del truth
+    for name, sizes in work.ours.items():
+        programs[name] = Program(OURS)
+        other = {**request, **sizes, "inputs": f"{folder}/other.safetensors"}
+        errors[name], _ = load_ours(programs[name], work, other, folder)
     times = measure(programs, rounds)
+    ours_s = statistics.median(times["ours"])
+    launches, launch_share = ours.launch_share(ours_s)
     for name, program in programs.items():
         if name != "ours":
             program.close()
     return [
         {
-            "workload": work.name, "mode": mode, "ours_s": statistics.median(times["ours"]), "peer": label_of(name),
+            "workload": work.name, "mode": mode, "ours_s": ours_s, "peer": label_of(name),
             "peer_s": statistics.median(times[name]), "error": errors["ours"], "ours_spread": spread(times["ours"]),
-            "peer_spread": spread(times[name]), "peer_error": errors[name],
+            "peer_spread": spread(times[name]), "peer_error": errors[name], "launches": launches,
+            "launch_share": launch_share,
         }
         for name in programs if name != "ours"
     ]
 
 
-HEADER = ["workload", "mode", "ours ms", "+-", "peer", "peer ms", "+-", "peer / ours", "error", "peer's error"]
+HEADER = ["workload", "mode", "ours ms", "+-", "launches", "of time", "peer", "peer ms", "+-", "peer / ours", "error",
+          "peer's error"]
 
 
 def line_of(row):
     cells = [
-        row["workload"], row["mode"], f"{1e3 * row['ours_s']:.2f}", f"{row['ours_spread']:.0%}", row["peer"],
-        f"{1e3 * row['peer_s']:.2f}", f"{row['peer_spread']:.0%}", f"{row['peer_s'] / row['ours_s']:.2f}",
-        f"{row['error']:.1e}", f"{row['peer_error']:.1e}",
+        row["workload"], row["mode"], f"{1e3 * row['ours_s']:.2f}", f"{row['ours_spread']:.0%}",
+        str(row["launches"]), f"{row['launch_share']:.2%}", row["peer"], f"{1e3 * row['peer_s']:.2f}",
+        f"{row['peer_spread']:.0%}", f"{row['peer_s'] / row['ours_s']:.2f}", f"{row['error']:.1e}",
+        f"{row['peer_error']:.1e}",
     ]
     return "| " + " | ".join(cells) + " |"
 
@@ -190,7 +220,7 @@ def main():
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:THREADS])
     rows = []
     print("| " + " | ".join(HEADER) + " |\n|" + "---|" * len(HEADER))
-    ours = Program([str(ROOT / "build/bench/workloads")])
+    ours = Program(OURS)
     with tempfile.TemporaryDirectory() as folder:
         for work in chosen:
             for mode in ours.ask("modes").split()[1:]:

@@ -234,26 +234,40 @@ class UNet:
 class SceneStep:
 
     def __init__(self, request, t, rewritten):
-        self.t, self.samples = t, request["samples"]
+        self.t, self.samples, self.encoding = t, request["samples"], request.get("encoding", "full")
         self.parameters = {
             n: v for n, v in t.items() if n.startswith("scene.") and not n.startswith("scene.feature")
         }
-        self.optimizer = adam(self.parameters)
-        self.voxels = [image_of(t["voxels"][plane]) for plane in range(3)]
+        self.optimizer = adam(self.parameters) if request.get("part", "training") == "training" else None
+        self.voxels = [image_of(t["voxels"][plane]) for plane in range(3)] if "voxels" in t else None
+        self.layers = request.get("layers")
         self.heads = Heads(t, "scene", rewritten)
 
     def planes(self):
+        if self.encoding == "vanilla":
+            return self.t["scene.planes"].permute(0, 3, 1, 2)
         names = ("scene.unet_xy", "scene.unet_xz", "scene.unet_yz")
         return torch.cat([UNet(self.t, name)(x) for name, x in zip(names, self.voxels)])
+
+    def features(self, points):
+        if self.encoding != "mlp":
+            return sample_planes(self.planes(), points)
+        x = encode(points, 6)
+        for layer in range(self.layers):
+            x = torch.addmm(self.t[f"scene.trunk{layer}.bias"], x, self.t[f"scene.trunk{layer}.weight"])
+            x = F.relu(x)
+        return x
 
     def __call__(self):
         t = self.t
         near, far = (t["origins"].new_full((len(t["origins"]), 1), d) for d in (NEAR, FAR))
         points, _, deltas = samples_on(t["origins"], t["directions"], near, far, self.samples)
-        features = sample_planes(self.planes(), points)
+        features = self.features(points)
         density = self.heads.density(features).view(deltas.shape)
         weight = render_weights(density, deltas)
         colours = self.heads.colours(features, encode(t["directions"], 4), weight)
+        if not self.optimizer:
+            return {"colours": colours}
         loss = F.mse_loss(colours, t["truth"])
         self.optimizer.zero_grad()
         loss.backward()

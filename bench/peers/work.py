@@ -7,8 +7,12 @@ REWRITTEN = [f"{peer} (rewritten)" for peer in FRAMEWORKS]
 
 
 class Work:
-    def __init__(self, group, name, workload, peers, quick=True, **sizes):
+    """`ours`: other work of our own program that takes part as a peer, as {name: sizes that differ}. `checked_at`:
+    smaller sizes at which errors are measured, where the reference in fp64 would not fit into memory."""
+
+    def __init__(self, group, name, workload, peers, quick=True, ours=None, checked_at=None, **sizes):
         self.group, self.name, self.peers, self.quick = group, name, peers, quick
+        self.ours, self.checked_at = ours or {}, checked_at or {}
         self.request = {"workload": workload, **sizes}
 
 
@@ -21,6 +25,23 @@ def convolutions():
                        **{"in": channels_in, "out": channels_out})
 
 
+def fields():
+    """The tri-plane field against perceptrons on the same samples: NeRF's, and a small one."""
+    perceptrons = {
+        f"our {layers}x{width} MLP field": {"encoding": "mlp", "layers": layers, "width": width}
+        for layers, width in [(8, 256), (4, 64)]
+    }
+    for planes, rays, quick in [(128, 1024, True), (256, 4096, False)]:
+        for what, encoding, part in [
+            ("rendering, planes baked", "vanilla", "forward"),
+            ("training step, U-Nets in it", "full", "training"),
+            ("training step, planes themselves trained", "vanilla", "training"),
+        ]:
+            yield Work("fields", f"field on {planes}x{planes} planes, {rays} rays x 128, {what}", "scene step", [],
+                       quick=quick, ours=perceptrons, checked_at={} if quick else {"rays": 1024}, planes=planes,
+                       rays=rays, samples=128, encoding=encoding, part=part)
+
+
 def workloads():
     yield from convolutions()
     for part in ("forward", "backward"):
@@ -30,8 +51,10 @@ def workloads():
         yield Work("mlp", f"MLP 48-128-128-32, 196608 rows, {part}", "perceptron", [ONEDNN, *FRAMEWORKS], part=part,
                    rows=196608, widths=[48, 128, 128, 32])
     for part in ("gather", "scatter"):
-        yield Work("triplane", f"tri-plane {part}, 524288 points x 32", "triplane", FRAMEWORKS, part=part, size=256,
-                   channels=32, rays=4096, samples=128)
+        exchange = {"our compare-exchange kernel": {"part": "scatter by compare-exchange"}} if part == "scatter" else {}
+        yield Work("triplane", f"tri-plane {part}, 524288 points x 32", "triplane", FRAMEWORKS, ours=exchange,
+                   part=part, size=256, channels=32, rays=4096, samples=128)
+    yield from fields()
     for part in ("forward", "backward"):
         yield Work("rendering", f"volume rendering 16384 x 128 x 32, {part}", "volume rendering", FRAMEWORKS,
                    part=part, rays=16384, samples=128, channels=32)

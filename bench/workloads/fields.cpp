@@ -13,9 +13,13 @@ namespace {
 
 constexpr std::uint64_t seed = 1;
 
-FieldOptions field_options(std::int64_t plane_size) {
+/// `encoding`: that of the scene's field; for mlp, `layers` and `width` of the perceptron.
+FieldOptions field_options(const Sizes& sizes) {
   FieldOptions options;
-  options.plane_size = plane_size;
+  options.plane_size = sizes.at("planes");
+  options.encoding = encoding_from(sizes.value("encoding", "full"));
+  options.mlp_layers = sizes.value("layers", options.mlp_layers);
+  options.mlp_width = sizes.value("width", options.mlp_width);
   return options;
 }
 
@@ -28,25 +32,30 @@ SceneSpace box() {
   return space;
 }
 
-/// Three U-Nets, samples on random rays, densities, colours, rendering, loss, backward, Adam.
+/// The field (three U-Nets, or the `encoding` asked for), samples on random rays, densities, colours and
+/// rendering; then the loss, backward and Adam, unless `part` is forward.
 struct SceneStep final : TrainingWorkload {
   SceneStep(Device& device, const Sizes& sizes)
       : TrainingWorkload(device),
-        scene(device, store_, Initializer(seed), field_options(sizes.at("planes")), box(),
-              sizes.at("samples")) {
-    const std::int64_t size = sizes.at("planes"), count = sizes.at("rays");
+        scene(device, store_, Initializer(seed), field_options(sizes), box(), sizes.at("samples")) {
+    const std::int64_t count = sizes.at("rays");
+    const FieldOptions& field = scene.field().options();
     store_.allocate(device);
     publish(store_);
-    publish_voxels(size);
+    if (field.encoding == Encoding::full) publish_voxels(field.plane_size);
     const HostRays host = random_rays(count);
     const Rays rays = {given("origins", {count, 3}, host.origins),
                        given("directions", {count, 3}, host.directions)};
     const FieldSamples samples = scene.sample(graph_, scene.field().planes(graph_), rays, nullptr);
     const RenderedRays rendered = scene.render(graph_, samples);
     const Value colours = scene.field().colour(graph_, rendered.hidden, rendered.alpha);
-    const Value loss = l2_loss(colours, input("truth", {count, 3}, {0, 1}));
-    train(loss, {"scene.unet", "scene.density", "scene.hidden", "scene.direction", "scene.colour"});
-    prepare({{"colours", colours}, {"loss", loss}});
+    std::map<std::string, Value> outputs = {{"colours", colours}};
+    if (sizes.value("part", "training") == "training") {
+      outputs["loss"] = l2_loss(colours, input("truth", {count, 3}, {0, 1}));
+      train(outputs["loss"], {"scene.unet", "scene.planes", "scene.trunk", "scene.density", "scene.hidden",
+                              "scene.direction", "scene.colour"});
+    }
+    prepare(outputs);
   }
 
   /// What the U-Nets read, computed by the field itself as well.
@@ -92,9 +101,8 @@ std::vector<float> smooth_planes(const std::string& name, std::int64_t size, std
 struct Frame final : Workload {
   Frame(Device& device, const Sizes& sizes)
       : Workload(device),
-        scene(device, store_, Initializer(seed), field_options(sizes.at("planes")), box(),
-              sizes.at("samples")),
-        person(device, store_, Initializer(seed), "human", field_options(sizes.at("planes"))),
+        scene(device, store_, Initializer(seed), field_options(sizes), box(), sizes.at("samples")),
+        person(device, store_, Initializer(seed), "human", field_options(sizes)),
         pixels(sizes.at("height").get<std::int64_t>() * sizes.at("width").get<std::int64_t>()),
         tile(std::min<std::int64_t>(4096, pixels)),
         host(frame_rays(sizes.at("height"), sizes.at("width"))),

@@ -1,9 +1,11 @@
 // Our side of scripts/compare-peers: one workload at a time, by commands on standard input, one answer line
-// each. The programs in bench/peers answer the same commands.
+// each. The programs in bench/peers answer the same commands, but for launches and memory.
 //   modes                  -> modes fp32
 //   load {"workload": NAME, "mode": MODE, sizes...}   -> ready
 //   inputs FILE            writes what other programs need to compute the same   -> written
 //   run N                  -> seconds S1 ... SN
+//   launches               -> launches N S   kernels in one of these runs, and the seconds of one launch here
+//   memory                 -> memory ARENA BOUND   bytes: the plan's arena, and the most alive at one time
 //   results FILE           writes what the last run computed   -> written
 // `workloads --profile` prints the time of every kernel after each command "run".
 #include <fmt/ranges.h>
@@ -12,6 +14,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "bench/ops/limits.hpp"
 #include "vivant/io/safetensors.hpp"
 #include "workload.hpp"
 
@@ -30,6 +33,10 @@ class Server {
     if (command == "load") return load(Sizes::parse(argument));
     if (!workload_) throw UsageError(fmt::format("no workload is loaded for '{}'", command));
     if (command == "run") return run(std::stoi(argument));
+    if (command == "launches") return launches();
+    if (command == "memory")
+      return fmt::format("memory {} {}", workload_->executor().arena_bytes(),
+                         workload_->executor().lower_bound_bytes());
     if (command != "inputs" && command != "results")
       throw UsageError(fmt::format("unknown command '{}'", command));
     write_safetensors(argument, command == "inputs" ? workload_->inputs() : workload_->results());
@@ -47,6 +54,7 @@ class Server {
 
   std::string run(int repetitions) {
     device_.profiler().reset();
+    const std::int64_t before = device_.launches();
     std::string seconds = "seconds";
     for (int i = 0; i < repetitions; ++i) {
       const auto start = std::chrono::steady_clock::now();
@@ -54,13 +62,21 @@ class Server {
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
       seconds += fmt::format(" {:.9f}", taken.count());
     }
+    launches_per_run_ = (device_.launches() - before) / std::max(repetitions, 1);
     if (device_.profiler().enabled()) std::cerr << device_.profiler().table();
     return seconds;
+  }
+
+  std::string launches() {
+    if (launch_seconds_ == 0) launch_seconds_ = launch_seconds(device_, false);
+    return fmt::format("launches {} {:.9f}", launches_per_run_, launch_seconds_);
   }
 
   Device device_;
   WorkloadTable table_;
   std::unique_ptr<Workload> workload_;
+  std::int64_t launches_per_run_ = 0;
+  double launch_seconds_ = 0;
 };
 
 }  // namespace

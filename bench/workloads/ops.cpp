@@ -1,5 +1,6 @@
 // The workloads of single ops.
 #include "rays.hpp"
+#include "vivant/graph/launch.hpp"
 #include "vivant/ops/conv2d.hpp"
 #include "vivant/ops/linear.hpp"
 #include "vivant/ops/mlp.hpp"
@@ -68,7 +69,25 @@ struct Perceptron final : Workload {
   }
 };
 
-/// Points along rays in three planes; `part`: gather, or scatter: the planes' gradient alone.
+/// The gradient of tri-planes by atomic additions, the common way, for comparison alone: its bits depend on
+/// the order in which work-items come. Inputs: planes, points, gradient of the samples.
+struct CompareExchangeScatter final : Op {
+  std::string_view name() const override { return "triplane_compare_exchange"; }
+  TensorTypes infer(const TensorTypes& in) const override { return {in[0]}; }
+  void launch(Launch& launch) const override {
+    const Tensor &planes = launch.in(0), &points = launch.in(1);
+    const std::int64_t block = launch.gpu() ? 1 : 32, items = (points.rows() + block - 1) / block;
+    launch.zero(launch.out());
+    launch
+        .kernel("triplane_compare_exchange.cl", "triplane_compare_exchange",
+                {{"CHANNELS", planes.channels()}})
+        .args(planes, points, launch.in(2), launch.out(), points.rows(), planes[1], planes[2], block)
+        .run({static_cast<std::size_t>(items), 1, 1}, {launch.gpu() ? std::size_t{64} : 1, 1, 1});
+  }
+};
+
+/// Points along rays in three planes; `part`: gather, or the planes' gradient alone: scatter, or scatter by
+/// compare-exchange.
 struct Triplane final : Workload {
   Triplane(Device& device, const Sizes& sizes) : Workload(device) {
     const std::int64_t size = sizes.at("size"), channels = sizes.at("channels"), rays = sizes.at("rays"),
@@ -77,7 +96,12 @@ struct Triplane final : Workload {
                 points = given("points", {rays * samples, 3}, ray_points(rays, samples));
     const Value y = triplane_sample(planes, points);
     const Value g = input("g", y.shape());
-    prepare({{"y", sizes.at("part") == "gather" ? y : differentiate(graph_, {y}, {g}, {planes}).front()}});
+    prepare({{"y", part(sizes.at("part"), planes, points, y, g)}});
+  }
+  Value part(const std::string& name, Value planes, Value points, Value y, Value g) {
+    if (name == "gather") return y;
+    if (name == "scatter") return differentiate(graph_, {y}, {g}, {planes}).front();
+    return graph_.record_one(CompareExchangeScatter(), {planes, points, g});
   }
 };
 

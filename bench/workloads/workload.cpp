@@ -69,11 +69,13 @@ void TrainingWorkload::train(Value loss, const std::vector<std::string>& trained
 }
 
 void TrainingWorkload::run() {
-  optimizer_->set_step(*executor_, ++step_, std::vector<double>(groups, rate));
+  ++step_;
+  if (optimizer_) optimizer_->set_step(*executor_, step_, std::vector<double>(groups, rate));
   Workload::run();
 }
 
 TensorFile TrainingWorkload::results() {
+  if (!optimizer_) return Workload::results();
   if (step_ != 1)
     fail("the results of a training workload are those of its first step, this was step {}", step_);
   TensorFile file = Workload::results();

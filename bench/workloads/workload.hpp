@@ -55,7 +55,7 @@ class Workload {
   std::map<std::string, Value> outputs_;
 };
 
-/// A workload that ends in a step of Adam on all parameters of `store_`, rate 1e-4.
+/// A workload that ends in a step of Adam on parameters of `store_`, rate 1e-4, if `train` is called.
 class TrainingWorkload : public Workload {
  public:
   void run() override;
