@@ -6,10 +6,11 @@ import sys
 from pathlib import Path
 
 import body
+import stlpips
 import styles
 import vgg19
 
-MAKERS = {"vgg19": vgg19.make, "body": body.make, "styles": styles.make}
+MAKERS = {"vgg19": vgg19.make, "stlpips": stlpips.make, "body": body.make, "styles": styles.make}
 CHECKSUMS = "checksums.sha256"
 
 

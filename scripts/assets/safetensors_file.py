@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-DTYPE_NAMES = {"float32": "F32", "int32": "I32", "uint8": "U8"}
+DTYPE_NAMES = {"float16": "F16", "float32": "F32", "int32": "I32", "uint8": "U8"}
 
 
 def write(path: Path, tensors: dict[str, np.ndarray], metadata: dict[str, str]) -> None:
