@@ -1,11 +1,13 @@
 #include "vivant/jobs/evaluate.hpp"
 
+#include <cmath>
 #include <random>
 
 #include "io_helpers.hpp"
 #include "tiny_run.hpp"
 #include "vivant/data/walk.hpp"
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/picture_scores.hpp"
 #include "vivant/model/composite_renderer.hpp"
 
 using namespace vivant;
@@ -69,9 +71,13 @@ void check_equal(const Evaluation& evaluation, std::size_t frames) {
   REQUIRE(evaluation.frames.size() == frames);
   for (const FrameScore& score : evaluation.frames) {
     CAPTURE(score.frame);
-    CHECK(score.psnr > equal);
-    CHECK(score.person_psnr.value() > equal);
+    CHECK(score.full.psnr > equal);
+    CHECK(score.person.value().psnr > equal);
     CHECK(score.silhouette_iou.value() == 1);
+    CHECK(score.background.value().psnr > equal);
+    CHECK(score.full.ssim == doctest::Approx(1));
+    for (const RegionScore& region : {score.full, *score.person, *score.background})
+      CHECK(region.stlpips.value() < 1e-6);
   }
 }
 
@@ -86,8 +92,11 @@ TEST_CASE("evaluate: held-out frames, and other captures of the same world") {
   const Evaluation own = evaluated("");
   REQUIRE(own.frames.size() == capture.held_out_frames().size());
   CHECK(own.frames[1].frame == capture.frames[capture.held_out_frames()[1]].name);
-  CHECK(own.mean.psnr == doctest::Approx((own.frames[0].psnr + own.frames[1].psnr) / 2));
-  CHECK(contains(own.json(), "silhouette_iou"));
+  CHECK(own.mean.full.psnr == doctest::Approx((own.frames[0].full.psnr + own.frames[1].full.psnr) / 2));
+  CHECK(own.json().at("silhouette_iou") == own.mean.silhouette_iou.value());
+  CHECK(own.json().at("frames").at(1).at("background_stlpips") == own.frames[1].background->stlpips.value());
+  CHECK(own.frames[0].full.stlpips.value() > 0.01);
+  CHECK(contains(own.markdown(), "| mean | "));
   CHECK(evaluated(tiny.folder / "capture").frames.size() == capture.frames.size());
 
   // Instants of the capture keep their codes.
@@ -109,4 +118,19 @@ TEST_CASE("evaluate: a truth without the person is refused") {
   make_tiny_run(tiny.device, other.path(), false);
   CHECK(contains(error_of([&] { evaluate(tiny.device, *tiny.run, other / "capture", tiny.progress); }),
                  "the frame images/0001.png shows no person"));
+}
+
+TEST_CASE("picture scores: known differences, and masks") {
+  cv::Mat a(48, 64, CV_8UC3, cv::Scalar(100, 100, 100)), b = a.clone();
+  const cv::Rect left(0, 0, 32, 48);
+  b(left).setTo(cv::Scalar(151, 151, 151));
+  cv::Mat mask(a.size(), CV_8UC1, cv::Scalar(0));
+  mask(left) = 255;
+  CHECK(rmse(a, b, mask) == doctest::Approx(0.2));
+  CHECK(rmse(a, b) == doctest::Approx(0.2 / std::sqrt(2)));
+  CHECK(psnr(a, b, mask) == doctest::Approx(20 * std::log10(5)));
+  CHECK(psnr(a, b, 255 - mask) == 120);
+  CHECK(ssim(a, b, mask) < 0.95);
+  CHECK(ssim(a, b, 255 - mask) > ssim(a, b));
+  CHECK_THROWS_AS(rmse(a, b, cv::Mat(a.size(), CV_8UC1, cv::Scalar(0))), Error);
 }

@@ -24,7 +24,7 @@ void add_eval(CLI::App& app, const Globals& globals) {
     Progress progress(globals.progress, globals.verbose);
     const Evaluation evaluation =
         evaluate(device, open_run(device, arguments->run, progress), arguments->truth, progress);
-    fmt::print("{}", arguments->json ? evaluation.json() + "\n" : evaluation.table());
+    fmt::print("{}", arguments->json ? evaluation.json().dump(1) + "\n" : evaluation.table());
   });
 }
 

@@ -1,51 +1,14 @@
 #include "vivant/jobs/evaluate.hpp"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include <algorithm>
+#include <array>
 #include <numeric>
-#include <opencv2/imgproc.hpp>
 
-#include "vivant/jobs/psnr.hpp"
+#include "vivant/jobs/picture_scores.hpp"
 #include "vivant/model/composite_renderer.hpp"
+#include "vivant/nn/stlpips.hpp"
 
 namespace vivant {
-
-double psnr(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
-  double squares = 0;
-  std::int64_t count = 0;
-  for (int y = 0; y < a.rows; ++y)
-    for (int x = 0; x < a.cols; ++x) {
-      if (!mask.empty() && mask.at<std::uint8_t>(y, x) < 128) continue;
-      const cv::Vec3b &p = a.at<cv::Vec3b>(y, x), &q = b.at<cv::Vec3b>(y, x);
-      for (int c = 0; c < 3; ++c) squares += std::pow((p[c] - q[c]) / 255.0, 2);
-      count += 3;
-    }
-  if (count == 0) fail("psnr: no pixel to compare");
-  return psnr_of(squares / static_cast<double>(count));
-}
-
-double ssim(const cv::Mat& a, const cv::Mat& b) {
-  const auto luma = [](const cv::Mat& rgb) {
-    cv::Mat gray;
-    cv::cvtColor(rgb, gray, cv::COLOR_RGB2GRAY);
-    gray.convertTo(gray, CV_64F);
-    return gray;
-  };
-  const auto blur = [](const cv::Mat& x) {
-    cv::Mat out;
-    cv::GaussianBlur(x, out, {11, 11}, 1.5);
-    return out;
-  };
-  const cv::Mat x = luma(a), y = luma(b), mx = blur(x), my = blur(y);
-  const cv::Mat vx = blur(x.mul(x)) - mx.mul(mx), vy = blur(y.mul(y)) - my.mul(my),
-                cov = blur(x.mul(y)) - mx.mul(my);
-  const double c1 = std::pow(0.01 * 255, 2), c2 = std::pow(0.03 * 255, 2);
-  const cv::Mat above = (2 * mx.mul(my) + c1).mul(2 * cov + c2);
-  const cv::Mat below = (mx.mul(mx) + my.mul(my) + c1).mul(vx + vy + c2);
-  cv::Mat ratio;
-  cv::divide(above, below, ratio);
-  return cv::mean(ratio)[0];
-}
 
 namespace {
 
@@ -54,65 +17,139 @@ double overlap(const cv::Mat& a, const cv::Mat& b) {
   return static_cast<double>(cv::countNonZero(a & b)) / std::max(1, cv::countNonZero(a | b));
 }
 
-/// What is rendered of a held-out frame and what it is compared with.
-FrameScore score(const CaptureFrame& frame, const cv::Mat& truth, const cv::Mat& mask,
-                 const cv::Mat& rendered, const cv::Mat& person) {
-  FrameScore score{frame.name, 0, ssim(rendered, truth), {}, {}};
-  const cv::Mat on_person = mask >= 128;
-  score.psnr = person.empty() ? psnr(rendered, truth, 255 - mask) : psnr(rendered, truth);
-  if (person.empty() || cv::countNonZero(on_person) == 0) return score;
-  score.person_psnr = psnr(rendered, truth, on_person);
-  score.silhouette_iou = overlap(person > 0.5, on_person);
+RegionScore region_score(StLpips& perceptual, const cv::Mat& rendered, const cv::Mat& truth,
+                         const cv::Mat& region) {
+  RegionScore score{psnr(rendered, truth, region), ssim(rendered, truth, region), {}};
+  if (std::min(truth.rows, truth.cols) >= StLpips::smallest_side)
+    score.stlpips = perceptual.distance(truth, rendered, region);
   return score;
 }
 
-/// The mean of what the frames have of a score.
-std::optional<double> mean_of(const std::vector<FrameScore>& frames,
-                              std::optional<double> FrameScore::*member) {
+/// What is rendered of a held-out frame and what it is compared with.
+FrameScore frame_score(StLpips& perceptual, const CaptureFrame& frame, const cv::Mat& truth,
+                       const cv::Mat& mask, const cv::Mat& rendered, const cv::Mat& person) {
+  const cv::Mat inside = mask >= 128, outside = ~inside;
+  if (person.empty()) return {frame.name, region_score(perceptual, rendered, truth, outside), {}, {}, {}};
+  FrameScore score{frame.name, region_score(perceptual, rendered, truth, {}), {}, {}, {}};
+  if (cv::countNonZero(inside) == 0) return score;
+  score.person = region_score(perceptual, rendered, truth, inside);
+  if (cv::countNonZero(outside) > 0) score.background = region_score(perceptual, rendered, truth, outside);
+  score.silhouette_iou = overlap(person > 0.5, inside);
+  return score;
+}
+
+/// The mean of what the frames have of a number.
+template <typename Number>
+std::optional<double> mean_of(const std::vector<FrameScore>& frames, Number number) {
   double sum = 0;
   int count = 0;
   for (const FrameScore& frame : frames)
-    if (frame.*member) {
-      sum += *(frame.*member);
+    if (const std::optional<double> value = number(frame)) {
+      sum += *value;
       ++count;
     }
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
-std::string cell(const std::optional<double>& number, int digits) {
-  return number ? fmt::format("{:>8.{}f}", *number, digits) : fmt::format("{:>8}", "-");
+/// The mean of a region, which `region` gives as a pointer that may be null.
+template <typename Region>
+std::optional<RegionScore> mean_region(const std::vector<FrameScore>& frames, Region region) {
+  const auto mean = [&](auto number) {
+    return mean_of(frames, [&](const FrameScore& frame) -> std::optional<double> {
+      const RegionScore* score = region(frame);
+      return score ? number(*score) : std::nullopt;
+    });
+  };
+  const auto psnr = mean([](const RegionScore&score) { return std::optional(score.psnr); }),
+             ssim = mean([](const RegionScore&score) { return std::optional(score.ssim); }),
+             stlpips = mean([](const RegionScore&score) { return score.stlpips; });
+  if (!psnr) return std::nullopt;
+  return RegionScore{*psnr, *ssim, stlpips};
 }
 
-std::string row(const std::string& name, const FrameScore& score) {
-  return fmt::format("{:<32} {:>8.2f} {:>8.4f} {} {}\n", name, score.psnr, score.ssim,
-                     cell(score.person_psnr, 2), cell(score.silhouette_iou, 3));
+FrameScore mean_score(const std::vector<FrameScore>& frames) {
+  const auto pointer = [](const std::optional<RegionScore>& score) { return score ? &*score : nullptr; };
+  return {"mean", mean_region(frames, [](const FrameScore& frame) { return &frame.full; }).value(),
+          mean_region(frames, [&](const FrameScore& frame) { return pointer(frame.person); }),
+          mean_region(frames, [&](const FrameScore& frame) { return pointer(frame.background); }),
+          mean_of(frames, [](const FrameScore& frame) { return frame.silhouette_iou; })};
 }
 
-nlohmann::json json_of(const FrameScore& score) {
-  nlohmann::json json = {{"psnr", score.psnr}, {"ssim", score.ssim}};
-  if (score.person_psnr) json["person_psnr"] = *score.person_psnr;
-  if (score.silhouette_iou) json["silhouette_iou"] = *score.silhouette_iou;
+/// A score's columns: name in JSON, title, digits, value.
+struct Column {
+  const char *name, *title;
+  int digits;
+  std::optional<double> value;
+};
+
+std::vector<Column> columns_of(const FrameScore& score) {
+  std::vector<Column> columns;
+  const auto add = [&](std::array<const char*, 3> names, std::array<const char*, 3> titles,
+                       const std::optional<RegionScore>& region) {
+    const auto value = [&](auto number) { return region ? std::optional<double>(number) : std::nullopt; };
+    const RegionScore here = region.value_or(RegionScore{});
+    columns.push_back({names[0], titles[0], 2, value(here.psnr)});
+    columns.push_back({names[1], titles[1], 4, value(here.ssim)});
+    columns.push_back({names[2], titles[2], 4, here.stlpips});
+  };
+  add({"psnr", "ssim", "stlpips"}, {"PSNR", "SSIM", "ST-LPIPS"}, score.full);
+  add({"person_psnr", "person_ssim", "person_stlpips"}, {"person", "SSIM", "ST-LPIPS"}, score.person);
+  add({"background_psnr", "background_ssim", "background_stlpips"}, {"backgr.", "SSIM", "ST-LPIPS"},
+      score.background);
+  columns.push_back({"silhouette_iou", "IoU", 3, score.silhouette_iou});
+  return columns;
+}
+
+std::string cell(const Column& column, int width) {
+  return column.value ? fmt::format("{:>{}.{}f}", *column.value, width, column.digits)
+                      : fmt::format("{:>{}}", "-", width);
+}
+
+nlohmann::ordered_json json_of(const FrameScore& score) {
+  nlohmann::ordered_json json;
+  for (const Column& column : columns_of(score))
+    if (column.value) json[column.name] = *column.value;
   return json;
 }
 
 }  // namespace
 
 std::string Evaluation::table() const {
-  std::string text =
-      fmt::format("{:<32} {:>8} {:>8} {:>8} {:>8}\n", "frame", "PSNR", "SSIM", "person", "IoU");
-  for (const FrameScore& score : frames) text += row(score.frame, score);
-  return text + row("mean", mean);
+  std::string text = fmt::format("{:<32}", "frame");
+  for (const Column& column : columns_of(mean)) text += fmt::format(" {:>8}", column.title);
+  const auto add = [&](const FrameScore& score) {
+    text += fmt::format("\n{:<32}", score.frame);
+    for (const Column& column : columns_of(score)) text += " " + cell(column, 8);
+  };
+  for (const FrameScore& score : frames) add(score);
+  add(mean);
+  return text + "\n";
 }
 
-std::string Evaluation::json() const {
-  nlohmann::json rows = nlohmann::json::array();
+std::string Evaluation::markdown() const {
+  std::string text = "| frame |", rule = "|---|";
+  for (const Column& column : columns_of(mean)) {
+    text += fmt::format(" {} |", column.title);
+    rule += "---|";
+  }
+  text += "\n" + rule;
+  const auto add = [&](const FrameScore& score) {
+    text += fmt::format("\n| {} |", score.frame);
+    for (const Column& column : columns_of(score)) text += " " + cell(column, 0) + " |";
+  };
+  for (const FrameScore& score : frames) add(score);
+  add(mean);
+  return text + "\n";
+}
+
+nlohmann::ordered_json Evaluation::json() const {
+  nlohmann::ordered_json all = json_of(mean), rows = nlohmann::ordered_json::array();
   for (const FrameScore& score : frames) {
     rows.push_back(json_of(score));
     rows.back()["frame"] = score.frame;
   }
-  nlohmann::json all = json_of(mean);
   all["frames"] = rows;
-  return all.dump(1);
+  return all;
 }
 
 namespace {
@@ -156,6 +193,7 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
     both.emplace(device, run.model->scene(), *human, human_renderer_options(run.config, own));
   else
     scene.emplace(device, run.model->scene(), SceneRenderer::Options{});
+  StLpips perceptual(device);
   Evaluation evaluation;
   progress.begin("eval", 0, static_cast<std::int64_t>(frames.size()));
   for (const int index : frames) {
@@ -166,14 +204,11 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
                           own ? captured_state(*human, truth, index) : state_of(run, truth, index));
     else
       view.picture = scene->render(frame.camera);
-    evaluation.frames.push_back(
-        score(frame, truth.image(index), truth.mask(index), view.picture.rgb8(), view.person));
-    evaluation.mean.psnr += evaluation.frames.back().psnr / static_cast<double>(frames.size());
-    evaluation.mean.ssim += evaluation.frames.back().ssim / static_cast<double>(frames.size());
+    evaluation.frames.push_back(frame_score(perceptual, frame, truth.image(index), truth.mask(index),
+                                            view.picture.rgb8(), view.person));
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
   }
-  evaluation.mean.person_psnr = mean_of(evaluation.frames, &FrameScore::person_psnr);
-  evaluation.mean.silhouette_iou = mean_of(evaluation.frames, &FrameScore::silhouette_iou);
+  evaluation.mean = mean_score(evaluation.frames);
   progress.end();
   return evaluation;
 }

@@ -4,30 +4,32 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <nlohmann/json.hpp>
 
 #include "vivant/jobs/open_run.hpp"
 
 namespace vivant {
 
-/// Peak signal-to-noise ratio in dB of two CV_8UC3 pictures; with a mask (CV_8UC1) over its pixels >= 128
-/// alone.
-double psnr(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = {});
-/// Structural similarity of the luma (Wang et al. 2004: Gaussian window 11, sigma 1.5, K1 0.01, K2 0.03).
-double ssim(const cv::Mat& a, const cv::Mat& b);
+/// How alike two pictures are, over all pixels or those of a region.
+struct RegionScore {
+  double psnr = 0, ssim = 0;
+  std::optional<double> stlpips;  ///< ST-LPIPS, not LPIPS; pictures below StLpips::smallest_side have none
+};
 
 struct FrameScore {
   std::string frame;
-  double psnr = 0, ssim = 0;
-  std::optional<double> person_psnr, silhouette_iou;  ///< over the mask's pixels; of alpha > 1/2 and the mask
+  RegionScore full;  ///< of a run without a person: the pixels outside of the mask
+  std::optional<RegionScore> person, background;  ///< inside and outside of the mask
+  std::optional<double> silhouette_iou;           ///< of alpha > 1/2 and the mask
 };
 
 /// How well a run renders pictures that it was not trained on.
 struct Evaluation {
   std::vector<FrameScore> frames;
-  FrameScore mean;  ///< of the frames
+  FrameScore mean;  ///< of the frames that have a score
   std::string table() const;
-  std::string json() const;
+  std::string markdown() const;
+  nlohmann::ordered_json json() const;
 };
 
 /// Renders frames and compares them with their pictures: the held-out frames of the run's own capture, or all
