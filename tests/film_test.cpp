@@ -43,6 +43,8 @@ void check_own_scene(const OpenRun& walk) {
   const int frame = walk.capture.training_frames()[1];
   CHECK(same_camera(film.shots[1].camera, walk.capture.frames[frame].camera));
   CHECK(film.shots[1].person->translation == walk.capture.human->poses.translation[frame]);
+  CHECK(film.shots[1].capture_frame == frame);
+  CHECK(plan_film(walk, walk, {.views = "orbit"}).shots[0].capture_frame == -1);
   const Film all = plan_film(walk, walk, {.views = "all"});
   REQUIRE(all.shots.size() == walk.capture.frames.size());
   CHECK(all.known_poses);

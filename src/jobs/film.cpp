@@ -125,6 +125,8 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
   } else {
     for (const Camera& camera : path.cameras) film.shots.push_back({camera, std::nullopt});
   }
+  if (own_views(options.views) && !elsewhere && !options.place && options.motion.empty())
+    for (std::size_t i = 0; i < film.shots.size(); ++i) film.shots[i].capture_frame = frames[i];
   return film;
 }
 

@@ -28,21 +28,35 @@ class FilmRenderer::Layers {
 
   /// Pixels [H, W, C], the alpha of the person alone, and the person's share of each pixel before a scene.
   struct Pixels {
-    std::vector<float> values, alpha, person;
+    std::vector<float> values, alpha, person, depth;
   };
   Pixels render(const Camera& camera, const std::optional<PersonState>& person) {
     if (human_) return whole_frame(human_->render(camera, *person), camera);
-    if (!both_) return {scene_->render(camera).pixels, {}, {}};
+    if (!both_) {
+      RenderedView picture = scene_->render(camera);
+      return {std::move(picture.pixels), {}, {}, surface_depth(picture)};
+    }
     CompositeRenderer::View view = both_->render(camera, *person);
-    return {std::move(view.picture.pixels), {}, {view.person.begin<float>(), view.person.end<float>()}};
+    return {std::move(view.picture.pixels),
+            {},
+            {view.person.begin<float>(), view.person.end<float>()},
+            surface_depth(view.picture)};
   }
 
  private:
+  /// The mean depth of what is seen, where most of the light comes from something.
+  static std::vector<float> surface_depth(const RenderedView& view) {
+    std::vector<float> depth(view.depth.size());
+    for (std::size_t i = 0; i < depth.size(); ++i)
+      if (view.alpha[i] > 0.5f) depth[i] = view.depth[i] / view.alpha[i];
+    return depth;
+  }
+
   /// The window of the person as a whole frame.
   static Pixels whole_frame(const PersonView& view, const Camera& camera) {
     const std::size_t channels = view.window.empty() ? 0 : view.pixels.size() / view.alpha.size();
     const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-    Pixels whole{std::vector<float>(channels * pixels), std::vector<float>(pixels), {}};
+    Pixels whole{std::vector<float>(channels * pixels), std::vector<float>(pixels), {}, {}};
     for (int y = 0; y < view.window.height; ++y) {
       const std::size_t from = static_cast<std::size_t>(y) * view.window.width;
       const std::size_t to = static_cast<std::size_t>(view.window.y + y) * camera.width + view.window.x;
@@ -68,8 +82,13 @@ LayerFrame FilmRenderer::render(const Shot& shot) {
   Layers::Pixels colours = colours_->render(shot.camera, shot.person);
   const std::size_t pixels = static_cast<std::size_t>(shot.camera.width) * shot.camera.height;
   colours.values.resize(3 * pixels);  // a person outside of the picture has none
-  LayerFrame frame{shot.camera.width,        shot.camera.height,        std::move(colours.values),
-                   std::move(colours.alpha), std::move(colours.person), {}};
+  LayerFrame frame{shot.camera.width,
+                   shot.camera.height,
+                   std::move(colours.values),
+                   std::move(colours.alpha),
+                   std::move(colours.person),
+                   std::move(colours.depth),
+                   {}};
   if (features_) {
     const Camera camera = feature_camera(shot.camera);
     frame.features = features_->render(camera, shot.person).values;

@@ -79,7 +79,7 @@ LayerFrame FilmStylizer::stylise(const LayerFrame& frame, std::size_t index) {
   const Look& look = state_->looks.at(index);
   const std::vector<float> rgb = seen_colours(frame);
   const RenderedFrame rendered{frame.features, rgb};
-  LayerFrame result{frame.width, frame.height, {}, frame.alpha, frame.person, {}};
+  LayerFrame result{frame.width, frame.height, {}, frame.alpha, frame.person, frame.depth, {}};
   if (!frame.alpha.empty()) {
     result.rgb = state_->painted(rendered, look.person, look);
     for (std::size_t i = 0; i < frame.alpha.size(); ++i)

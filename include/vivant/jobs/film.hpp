@@ -30,6 +30,7 @@ void check_views(const std::string& views);
 struct Shot {
   Camera camera;
   std::optional<PersonState> person;
+  int capture_frame = -1;  ///< of the run's capture, when it is that frame from its own camera
 };
 
 /// The plan of a film: its shots, in order.

@@ -13,9 +13,11 @@ namespace vivant {
 /// A rendered shot.
 struct LayerFrame {
   int width = 0, height = 0;
-  std::vector<float> rgb;       ///< [H, W, 3] not clamped; the person alone is premultiplied with alpha
-  std::vector<float> alpha;     ///< [H, W], empty unless the person is alone
-  std::vector<float> person;    ///< [H, W], the person's share of each pixel; empty unless before a scene
+  std::vector<float> rgb;     ///< [H, W, 3] not clamped; the person alone is premultiplied with alpha
+  std::vector<float> alpha;   ///< [H, W], empty unless the person is alone
+  std::vector<float> person;  ///< [H, W], the person's share of each pixel; empty without a scene or a person
+  std::vector<float>
+      depth;  ///< [H, W] along the ray, in the cameras' unit; 0 where nothing is; empty without a scene
   std::vector<float> features;  ///< [ceil(H/4), ceil(W/4), 256] like the colours; empty unless asked for
 };
 

@@ -1,0 +1,79 @@
+#include "vivant/jobs/flow.hpp"
+
+#include <doctest/doctest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "vivant/io/assets.hpp"
+#include "vivant/io/image.hpp"
+
+using namespace vivant;
+
+namespace {
+
+Camera camera_at(double x) {
+  Camera camera{.width = 64, .height = 48, .fx = 60, .fy = 60, .cx = 32, .cy = 24};
+  camera.world_to_camera(0, 3) = -x;
+  return camera;
+}
+
+/// The depth along the rays of a wall `distance` in front of the camera.
+cv::Mat wall(const Camera& camera, double distance) {
+  cv::Mat depth(camera.height, camera.width, CV_32FC1);
+  for (int y = 0; y < depth.rows; ++y)
+    for (int x = 0; x < depth.cols; ++x)
+      depth.at<float>(y, x) =
+          static_cast<float>(distance / camera.forward().dot(camera.ray({x + 0.5, y + 0.5}).direction));
+  return depth;
+}
+
+}  // namespace
+
+TEST_CASE("flow: a wall seen by a camera that moves sideways moves by focal length over distance") {
+  const SurfaceView from{camera_at(0), wall(camera_at(0), 3), {}},
+      to{camera_at(0.15), wall(camera_at(0.15), 3), {}};
+  const SurfaceFlow surface(nullptr, 1);
+  const cv::Mat forward = surface.flow(from, to), backward = surface.flow(to, from);
+  CHECK(cv::norm(forward.at<cv::Vec2f>(20, 30) - cv::Vec2f(-3, 0)) < 1e-4);
+  const cv::Mat visible = visible_pixels(forward, backward);
+  CHECK(cv::countNonZero(visible.colRange(3, 64)) == 61 * 48);
+  CHECK(cv::countNonZero(visible.colRange(0, 3)) == 0);  // they leave the picture
+
+  cv::Mat first, second, painted;
+  cv::resize(read_image(asset_path("styles/cubist.jpg")), painted, {67, 48}, 0, 0, cv::INTER_AREA);
+  first = painted.colRange(0, 64).clone();
+  second = painted.colRange(3, 67).clone();
+  CHECK(cv::norm(warped(second, forward).colRange(3, 64), first.colRange(3, 64), cv::NORM_INF) <= 1);
+  // A backward flow that says otherwise hides the pixels.
+  CHECK(cv::countNonZero(visible_pixels(forward, cv::Mat(backward + cv::Scalar(2, 0)))) == 0);
+  // Where the depth is unknown nothing is visible.
+  SurfaceView blind = from;
+  blind.depth = cv::Mat::zeros(48, 64, CV_32FC1);
+  CHECK(cv::countNonZero(visible_pixels(surface.flow(blind, to), backward)) == 0);
+}
+
+TEST_CASE("flow: the person moves with the body, the wall behind stands still") {
+  const Body body = load_body(asset_path("body.safetensors"));
+  const Pose rest(body.joints.size(), Eigen::Vector3d::Zero());
+  // The body stands two units in front of the camera: one unit is half a metre.
+  Camera camera{.width = 64, .height = 48, .fx = 20, .fy = 20, .cx = 32, .cy = 24};
+  camera.world_to_camera << 1, 0, 0, 0, 0, -1, 0, 2, 0, 0, -1, 4, 0, 0, 0,
+      1;  // at (0, 2, 4), looking along -z
+  SurfaceView from{camera, wall(camera, 4), cv::Mat::zeros(48, 64, CV_32FC1),
+                   joint_transforms(body, rest, {0, 0, 0})},
+      to = from;
+  to.joints = joint_transforms(body, rest, {0.2, 0, 0});
+  from.person(cv::Rect(28, 20, 8, 10)).setTo(1);
+  const cv::Mat flow = SurfaceFlow(&body, 2).flow(from, to);
+  CHECK(cv::norm(flow.at<cv::Vec2f>(24, 31) - cv::Vec2f(20 * 0.4f / 4, 0)) < 1e-3);
+  CHECK(cv::norm(flow.at<cv::Vec2f>(24, 5)) < 1e-4);
+}
+
+TEST_CASE("flow: DIS follows a picture that is shifted") {
+  cv::Mat painted;
+  cv::resize(read_image(asset_path("styles/cubist.jpg")), painted, {132, 96}, 0, 0, cv::INTER_AREA);
+  const cv::Mat flow = dis_flow(painted.colRange(0, 128), painted.colRange(4, 132));
+  const cv::Scalar mean = cv::mean(flow(cv::Rect(16, 16, 96, 64)));
+  CHECK(mean[0] == doctest::Approx(-4).epsilon(0.05));
+  CHECK(std::abs(mean[1]) < 0.2);
+}
