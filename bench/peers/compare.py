@@ -5,69 +5,29 @@ import json
 import math
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from program import OURS, ROOT, THREADS, Program, measure, spread
 from protocol import read_tensors
 from work import workloads
 
 HERE = Path(__file__).parent
-ROOT = HERE.parent.parent
-OURS = [str(ROOT / "build/bench/workloads")]
-THREADS = 2
 IN_BF16 = ("torch", "torch (rewritten)", "oneDNN")
 PEER_MODE = {"fp32": "fp32", "bf16x3": "fp32", "bf16": "bf16"}  # bf16x3 has the accuracy of fp32
 SAME_WORK = {"fp32": 5e-3, "bf16": 0.1}  # largest error of a peer that computes the same
-SLOW_SECONDS = 3  # for one run: then three runs are enough
-TURN_SECONDS, PAUSE_SECONDS = 0.05, 0.02  # waiting threads of a peer spin for a while: others wait for them
 
 
-class Program:
-    """A process that answers the commands of protocol.py."""
-
-    def __init__(self, command):
-        environment = {
-            **os.environ, "OMP_NUM_THREADS": str(THREADS), "OPENBLAS_NUM_THREADS": str(THREADS),
-            "POCL_MAX_PTHREAD_COUNT": str(THREADS), "JAX_PLATFORMS": "cpu", "TF_CPP_MIN_LOG_LEVEL": "3",
-        }
-        self.process = subprocess.Popen(
-            command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-
-    def ask(self, command):
-        self.process.stdin.write(command + "\n")
-        self.process.stdin.flush()
-        answer = self.process.stdout.readline().strip()
-        if not answer or answer.startswith("error"):
-            raise RuntimeError(answer or "the program ended")
-        return answer
-
-    def load(self, request):
-        self.ask("load " + json.dumps(request))
-
-    def run(self, times):
-        return [float(word) for word in self.ask(f"run {times}").split()[1:]]
-
-    def results(self, folder):
-        path = Path(folder) / "results.safetensors"
-        self.ask(f"results {path}")
-        tensors = read_tensors(path)
-        path.unlink()
-        return tensors
-
-    def launch_share(self, seconds):
-        """Kernels in a run, and the part of its time that their launches take. Of our program alone."""
-        count, cost = self.ask("launches").split()[1:]
-        return int(count), int(count) * float(cost) / seconds
-
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait()
+def results_of(program, folder):
+    path = Path(folder) / "results.safetensors"
+    program.ask(f"results {path}")
+    tensors = read_tensors(path)
+    path.unlink()
+    return tensors
 
 
 def command_of(peer):
@@ -98,29 +58,9 @@ def reference(request, folder):
     program = Program(command_of("torch"))
     program.load({**request, "mode": "fp64"})
     program.run(1)
-    truth = program.results(folder)
+    truth = results_of(program, folder)
     program.close()
     return truth
-
-
-def spread(times):
-    """Half of the middle half, relative to the median."""
-    low, _, high = statistics.quantiles(times, n=4)
-    return (high - low) / 2 / statistics.median(times)
-
-
-def measure(programs, rounds):
-    """Seconds of every program, which take turns."""
-    first = {name: program.run(1)[0] for name, program in programs.items()}
-    slow = max(first.values()) > SLOW_SECONDS
-    times = {name: [seconds] if slow else [] for name, seconds in first.items()}
-    names = list(programs)
-    for turn in range(2 if slow else rounds):
-        for name in names[turn % len(names):] + names[: turn % len(names)]:
-            count = min(100, max(1, math.ceil(TURN_SECONDS / first[name])))
-            time.sleep(PAUSE_SECONDS)
-            times[name].append(statistics.median(programs[name].run(count)))
-    return times
 
 
 def load_ours(program, work, request, folder):
@@ -131,7 +71,7 @@ def load_ours(program, work, request, folder):
         program.ask(f"inputs {request['inputs']}")
         truth = reference(small, folder)
         program.run(1)
-        error = error_of(program.results(folder), truth)
+        error = error_of(results_of(program, folder), truth)
         if work.checked_at:
             program.load(request)
         return error, truth
@@ -145,7 +85,7 @@ def load_peer(peer, work, request, truth, folder):
     try:
         program.load(request)
         program.run(1)
-        error = error_of(program.results(folder), truth)
+        error = error_of(results_of(program, folder), truth)
     except RuntimeError as reason:
         print(f"{peer} left out of {work.name}: {reason}", file=sys.stderr)
         program.close()
