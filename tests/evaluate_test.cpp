@@ -96,7 +96,8 @@ TEST_CASE("evaluate: held-out frames, and other captures of the same world") {
   CHECK(own.json().at("silhouette_iou") == own.mean.silhouette_iou.value());
   CHECK(own.json().at("frames").at(1).at("background_stlpips") == own.frames[1].background->stlpips.value());
   CHECK(own.frames[0].full.stlpips.value() > 0.01);
-  CHECK(contains(own.markdown(), "| mean | "));
+  CHECK(contains(own.report().markdown(), "| mean | "));
+  CHECK(own.report().plots.at(0).curves.at(1).values.at(1) == own.frames[1].person->psnr);
   CHECK(evaluated(tiny.folder / "capture").frames.size() == capture.frames.size());
 
   // Instants of the capture keep their codes.

@@ -2,7 +2,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "io_helpers.hpp"
 #include "tiny_training.hpp"
+#include "vivant/io/atomic_file.hpp"
+#include "vivant/io/json.hpp"
 
 using namespace vivant;
 namespace fs = std::filesystem;
@@ -68,6 +71,34 @@ void check_layers(const cv::Mat& both, const cv::Mat& scene_style, const cv::Mat
   CHECK(outside > both.size().area() / 2);
 }
 
+/// `vivant eval --style` measures what `vivant render --style` has rendered, and writes its report.
+void check_evaluation(const std::string& run, const fs::path& folder, const std::string& style) {
+  const std::string report = folder / "report";
+  for (const std::string flow : {"geometry", "dis"}) {
+    const Finished evaluated =
+        run_vivant("eval " + run + " --views test --flow " + flow + " --style " + style +
+                   " --film again=" + (folder / "in_red").string() + " --json -o " + report);
+    REQUIRE_MESSAGE(evaluated.exit_code == 0, evaluated.err);
+    const nlohmann::json films = nlohmann::json::parse(evaluated.out).at("films");
+    REQUIRE(films.size() == 4);
+    const std::vector<std::string> names = {"unstylised", "capture", "vivant", "again"};
+    for (std::size_t i = 0; i < names.size(); ++i) CHECK(films[i].at("film") == names[i]);
+    CHECK(films[2].at("consistency") == films[3].at("consistency"));
+    CHECK(films[2].at("style") == films[3].at("style"));
+    CHECK(films[0].at("style").at("content") == 0);
+    CHECK(films[2].at("style").at("content") > 0.1);
+    CHECK(films[2].at("consistency").at(0).at("rmse") != films[0].at("consistency").at(0).at("rmse"));
+  }
+  const std::string page = read_whole_file(report + "/index.html");
+  for (const char* part : {"<svg", "<video", "again", "ST-LPIPS", "DIS on the capture"})
+    CHECK(contains(page, part));
+  CHECK(fs::exists(report + "/vivant.mp4"));
+  CHECK(pictures_in(report + "/unstylised").size() == 2);
+  CHECK(contains(run_vivant("eval " + run + " --film a=b").err, "give --style"));
+  CHECK(
+      contains(run_vivant("eval " + run + " --film vivant=b --style " + style).err, "two films are called"));
+}
+
 }  // namespace
 
 TEST_CASE("styled render: pictures in the colours of each style, unlike the reconstruction") {
@@ -126,6 +157,7 @@ TEST_CASE("styled render: pictures in the colours of each style, unlike the reco
   CHECK(cv::norm(before[0], after[0], cv::NORM_L1) / static_cast<double>(before[0].total()) > 5);
   for (const int chroma : {1, 2})
     CHECK(cv::norm(before[chroma], after[chroma], cv::NORM_L1) / static_cast<double>(before[0].total()) < 4);
+  check_evaluation(run, folder.path(), red);
   const Finished mistaken = run_vivant("render " + run + " --layers scene --person-style " + red + " -o " +
                                        (folder / "mistaken").string());
   CHECK(mistaken.exit_code == 2);

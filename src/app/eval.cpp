@@ -1,30 +1,97 @@
 #include "app/commands.hpp"
+#include "app/film_options.hpp"
 #include "vivant/jobs/evaluate.hpp"
+#include "vivant/jobs/evaluate_film.hpp"
 
 namespace vivant::app {
+namespace {
+
+struct Arguments {
+  FilmEvaluationOptions film;
+  StyleTexts styles;
+  std::filesystem::path truth;
+  bool json = false;
+};
+
+void print(const Report& report, const nlohmann::ordered_json& data, bool json) {
+  fmt::print("{}", json ? data.dump(1) + "\n" : report.text());
+}
+
+void run(Arguments& arguments, const Globals& globals) {
+  FilmEvaluationOptions& film = arguments.film;
+  arguments.styles.apply(film.look);
+  if (!film.look.stylised() && !film.others.empty())
+    throw UsageError("--film needs the style that the films are painted in: give --style");
+  if (film.look.stylised() && !arguments.truth.empty())
+    throw UsageError("--truth compares unstylised pictures: leave --style out");
+  Device device(globals.device);
+  Progress progress(globals.progress, globals.verbose);
+  if (film.look.stylised()) {
+    const FilmQuality quality = evaluate_film(device, film, progress);
+    print(quality.report(), quality.json(), arguments.json);
+  } else {
+    const Evaluation evaluation =
+        evaluate(device, open_run(device, film.run, progress), arguments.truth, progress);
+    if (!film.output.empty()) write_evaluation(film.output, evaluation);
+    print(evaluation.report(), evaluation.json(), arguments.json);
+  }
+}
+
+}  // namespace
 
 void add_eval(CLI::App& app, const Globals& globals) {
-  CLI::App* command = app.add_subcommand("eval", "Compare pictures of a run with the true ones");
+  CLI::App* command =
+      app.add_subcommand("eval", "Measure a run: its pictures against true ones, or a stylised film");
   command->footer(
-      "Examples:\n  vivant eval runs/first\n  vivant eval runs/walk --truth walk/truth/novel_poses\n  vivant "
-      "eval runs/first --json > scores.json");
-  struct Arguments {
-    std::filesystem::path run, truth;
-    bool json = false;
-  };
+      "Examples:\n"
+      "  vivant eval runs/first\n"
+      "  vivant eval runs/walk --truth walk/truth/novel_poses -o report\n"
+      "  vivant eval runs/first --json > scores.json\n"
+      "  vivant eval runs/first --style wave.jpg --views all -o report\n"
+      "  vivant eval runs/first --style wave.jpg --views orbit --film other=frames/ -o report\n"
+      "\n"
+      "With --style a film is rendered unstylised and in that style, and both are measured: temporal "
+      "consistency "
+      "at\ngaps of 1 and 7 frames, and by VGG-19 the distances to the painting and to the unstylised film.");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("RUN", arguments->run, "folder of a trained run")->required();
+  FilmEvaluationOptions& film = arguments->film;
+  film.film.views = "all";
+  command->add_option("RUN", film.run, "folder of a trained run")->required();
   command
       ->add_option("--truth", arguments->truth,
                    "a capture of the same world and person, all frames; else the run's held-out frames")
       ->type_name("CAPTURE");
+  CLI::Option* views = add_film(*command, film.film, film.scene);
+  add_look(*command, film.look, arguments->styles);
+  command
+      ->add_option_function<std::string>(
+          "--flow",
+          [&film](const std::string& name) {
+            film.flow = name == "dis" ? FlowKind::dis : FlowKind::geometry;
+          },
+          "where the optical flow comes from: the geometry of the rendered views, or DIS on the capture's "
+          "pictures "
+          "(of other views: on the unstylised film)")
+      ->check(CLI::IsMember({"geometry", "dis"}))
+      ->default_str("geometry");
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "--film",
+          [&film](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) film.others.push_back(named_film_from(text));
+          },
+          "the same film by another method, to be measured beside: .mp4, or a folder of pictures")
+      ->allow_extra_args(false)
+      ->type_name("NAME=PATH");
+  command
+      ->add_option("-o,--output", film.output, "folder for report.json, report.md, index.html and the films")
+      ->type_name("DIR");
   command->add_flag("--json", arguments->json, "print JSON");
-  command->callback([arguments, &globals] {
-    Device device(globals.device);
-    Progress progress(globals.progress, globals.verbose);
-    const Evaluation evaluation =
-        evaluate(device, open_run(device, arguments->run, progress), arguments->truth, progress);
-    fmt::print("{}", arguments->json ? evaluation.json().dump(1) + "\n" : evaluation.table());
+  command->callback([arguments, views, &globals] {
+    FilmOptions& shown = arguments->film.film;
+    if ((!shown.motion.empty() || !arguments->film.scene.empty()) && views->count() == 0)
+      shown.views = "first";
+    run(*arguments, globals);
   });
 }
 

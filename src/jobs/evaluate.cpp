@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
+#include "vivant/io/atomic_file.hpp"
+#include "vivant/io/video.hpp"
 #include "vivant/jobs/picture_scores.hpp"
 #include "vivant/model/composite_renderer.hpp"
 #include "vivant/nn/stlpips.hpp"
@@ -100,11 +103,6 @@ std::vector<Column> columns_of(const FrameScore& score) {
   return columns;
 }
 
-std::string cell(const Column& column, int width) {
-  return column.value ? fmt::format("{:>{}.{}f}", *column.value, width, column.digits)
-                      : fmt::format("{:>{}}", "-", width);
-}
-
 nlohmann::ordered_json json_of(const FrameScore& score) {
   nlohmann::ordered_json json;
   for (const Column& column : columns_of(score))
@@ -114,32 +112,48 @@ nlohmann::ordered_json json_of(const FrameScore& score) {
 
 }  // namespace
 
-std::string Evaluation::table() const {
-  std::string text = fmt::format("{:<32}", "frame");
-  for (const Column& column : columns_of(mean)) text += fmt::format(" {:>8}", column.title);
+Report Evaluation::report() const {
+  Report report{"Rendered pictures and true ones",
+                {"PSNR in dB, SSIM of the luma, ST-LPIPS (the shift-tolerant metric, not LPIPS): of the "
+                 "whole frame (of a "
+                 "run without a person: outside of the mask), inside of the person's mask and outside of it. "
+                 "IoU: of the "
+                 "rendered silhouette and the mask."},
+                {{"Frames", {"frame"}, {}}},
+                {},
+                {}};
+  Report::Table& table = report.tables[0];
+  for (const Column& column : columns_of(mean)) table.header.emplace_back(column.title);
   const auto add = [&](const FrameScore& score) {
-    text += fmt::format("\n{:<32}", score.frame);
-    for (const Column& column : columns_of(score)) text += " " + cell(column, 8);
+    table.rows.push_back({score.frame});
+    for (const Column& column : columns_of(score))
+      table.rows.back().push_back(cell(column.value.value_or(NAN), column.digits));
   };
   for (const FrameScore& score : frames) add(score);
   add(mean);
-  return text + "\n";
+  for (const auto& [title, first] : {std::pair("PSNR", 0), std::pair("SSIM", 1), std::pair("ST-LPIPS", 2)}) {
+    Report::Plot plot{
+        title, "frame", first == 0 ? "dB" : title, {{"frame", {}}, {"person", {}}, {"background", {}}}};
+    for (const FrameScore& score : frames)
+      for (int region = 0; region < 3; ++region)
+        plot.curves[region].values.push_back(columns_of(score)[3 * region + first].value.value_or(NAN));
+    report.plots.push_back(plot);
+  }
+  return report;
 }
 
-std::string Evaluation::markdown() const {
-  std::string text = "| frame |", rule = "|---|";
-  for (const Column& column : columns_of(mean)) {
-    text += fmt::format(" {} |", column.title);
-    rule += "---|";
+void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation) {
+  make_folder(folder);
+  Report report = evaluation.report();
+  for (const auto& [name, pictures] :
+       {std::pair("truth", &evaluation.truth), std::pair("rendered", &evaluation.rendered)}) {
+    const std::filesystem::path file = folder / (std::string(name) + ".mp4");
+    VideoWriter video(file, pictures->front().size(), evaluation.fps);
+    for (const cv::Mat& picture : *pictures) video.write(picture);
+    video.close();
+    report.videos.push_back({name, file});
   }
-  text += "\n" + rule;
-  const auto add = [&](const FrameScore& score) {
-    text += fmt::format("\n| {} |", score.frame);
-    for (const Column& column : columns_of(score)) text += " " + cell(column, 0) + " |";
-  };
-  for (const FrameScore& score : frames) add(score);
-  add(mean);
-  return text + "\n";
+  write_report(folder, report, evaluation.json());
 }
 
 nlohmann::ordered_json Evaluation::json() const {
@@ -195,6 +209,7 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
     scene.emplace(device, run.model->scene(), SceneRenderer::Options{});
   StLpips perceptual(device);
   Evaluation evaluation;
+  evaluation.fps = truth.fps;
   progress.begin("eval", 0, static_cast<std::int64_t>(frames.size()));
   for (const int index : frames) {
     const CaptureFrame& frame = truth.frames[index];
@@ -204,8 +219,10 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
                           own ? captured_state(*human, truth, index) : state_of(run, truth, index));
     else
       view.picture = scene->render(frame.camera);
-    evaluation.frames.push_back(frame_score(perceptual, frame, truth.image(index), truth.mask(index),
-                                            view.picture.rgb8(), view.person));
+    evaluation.truth.push_back(truth.image(index));
+    evaluation.rendered.push_back(view.picture.rgb8());
+    evaluation.frames.push_back(frame_score(perceptual, frame, evaluation.truth.back(), truth.mask(index),
+                                            evaluation.rendered.back(), view.person));
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
   }
   evaluation.mean = mean_score(evaluation.frames);

@@ -6,7 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <opencv2/core.hpp>
+
 #include "vivant/jobs/open_run.hpp"
+#include "vivant/jobs/report.hpp"
 
 namespace vivant {
 
@@ -26,9 +29,11 @@ struct FrameScore {
 /// How well a run renders pictures that it was not trained on.
 struct Evaluation {
   std::vector<FrameScore> frames;
-  FrameScore mean;  ///< of the frames that have a score
-  std::string table() const;
-  std::string markdown() const;
+  FrameScore mean;                       ///< of the frames that have a score
+  std::vector<cv::Mat> rendered, truth;  ///< the frames' pictures, CV_8UC3 RGB
+  double fps = 24;                       ///< of the truth
+
+  Report report() const;
   nlohmann::ordered_json json() const;
 };
 
@@ -42,5 +47,8 @@ struct Evaluation {
 /// Throws Error when pictures are missing, and when the truth shows no body of the person's joints.
 Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::path& truth,
                     Progress& progress);
+
+/// Writes both films as .mp4, report.json, report.md and index.html into a folder.
+void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation);
 
 }  // namespace vivant

@@ -1,0 +1,40 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vivant/jobs/film.hpp"
+#include "vivant/jobs/film_quality.hpp"
+#include "vivant/jobs/look.hpp"
+
+namespace vivant {
+
+/// Where the optical flow of a film comes from.
+enum class FlowKind {
+  geometry,  ///< of the rendered views: depth of the scene, skinning of the body
+  dis  ///< OpenCV's DIS on the capture's pictures, where the film shows them, else on the unstylised film
+};
+
+struct FilmEvaluationOptions {
+  std::filesystem::path run;
+  std::filesystem::path scene;  ///< as in RenderOptions
+  FilmOptions film;
+  Look look;
+  FlowKind flow = FlowKind::geometry;
+  /// Films by other methods, made of the unstylised one: name, and an .mp4 or a folder of pictures in the
+  /// order of their names.
+  std::vector<std::pair<std::string, std::filesystem::path>> others;
+  std::filesystem::path output;  ///< folder for films and report; empty: none
+};
+
+/// Renders a film of a run unstylised and in a look and measures both, and films by other methods, against
+/// the first painting of the look. The capture's own pictures are measured too when the film shows them. With
+/// an output folder: films as .mp4, the unstylised one's frames as pictures in unstylised/, report.json,
+/// report.md and index.html. Throws Error, or UsageError for a look without a style.
+FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, Progress& progress);
+
+/// "name=path", or a path whose stem is the name. Throws UsageError for an empty name or path.
+std::pair<std::string, std::filesystem::path> named_film_from(const std::string& text);
+
+}  // namespace vivant

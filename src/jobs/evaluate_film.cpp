@@ -1,0 +1,151 @@
+#include "vivant/jobs/evaluate_film.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <set>
+
+#include "vivant/io/atomic_file.hpp"
+#include "vivant/io/image.hpp"
+#include "vivant/io/video.hpp"
+#include "vivant/jobs/film_stylizer.hpp"
+#include "vivant/jobs/flow.hpp"
+#include "vivant/jobs/interrupt.hpp"
+
+namespace vivant {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The pictures of a film that lies in a file or a folder.
+std::vector<cv::Mat> read_film(const fs::path& path) {
+  std::vector<cv::Mat> frames;
+  if (!fs::is_directory(path)) {
+    VideoReader video(path);
+    while (std::optional<cv::Mat> frame = video.next()) frames.push_back(*frame);
+    return frames;
+  }
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path))
+    if (entry.path().extension() == ".png" || entry.path().extension() == ".jpg")
+      files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) frames.push_back(read_image(file));
+  if (frames.empty()) fail("{} holds no pictures (.png, .jpg)", path.string());
+  return frames;
+}
+
+cv::Mat as_mat(const std::vector<float>& values, const LayerFrame& frame) {
+  if (values.empty()) return {};
+  return cv::Mat(frame.height, frame.width, CV_32FC1, const_cast<float*>(values.data())).clone();
+}
+
+/// Both films, and the geometry of their views.
+struct Rendered {
+  NamedFilm plain{"unstylised", {}}, stylised{"vivant", {}};
+  std::vector<SurfaceView> views;
+};
+
+Rendered render_films(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
+                      const Look& look, Progress& progress) {
+  FilmRenderer renderer(device, run, scene, film, "both", true);
+  FilmStylizer stylizer(device, scene, film, renderer, {look});
+  const HumanModel* human = run.model->human();
+  Rendered rendered;
+  const InterruptGuard guard;
+  progress.begin("render", 0, static_cast<std::int64_t>(film.shots.size()));
+  for (const Shot& shot : film.shots) {
+    const LayerFrame frame = renderer.render(shot);
+    rendered.plain.frames.push_back(to_picture(frame));
+    rendered.stylised.frames.push_back(to_picture(stylizer.stylise(frame, 0)));
+    SurfaceView view{shot.camera, as_mat(frame.depth, frame), as_mat(frame.person, frame)};
+    if (human && shot.person)
+      view.joints = joint_transforms(human->body().body(), shot.person->pose, shot.person->translation);
+    rendered.views.push_back(std::move(view));
+    progress.report({.step = static_cast<std::int64_t>(rendered.views.size())});
+    if (interrupted()) throw Interrupted("stopped while rendering");
+  }
+  progress.end();
+  return rendered;
+}
+
+/// The capture's pictures in the film's size; none unless every shot is one.
+std::vector<cv::Mat> captured_pictures(const Capture& capture, const Film& film) {
+  std::vector<cv::Mat> pictures;
+  for (const Shot& shot : film.shots) {
+    if (shot.capture_frame < 0 || !fs::exists(capture.frames[shot.capture_frame].image_path)) return {};
+    cv::Mat picture = capture.image(shot.capture_frame), resized;
+    cv::resize(picture, resized, {shot.camera.width, shot.camera.height}, 0, 0, cv::INTER_AREA);
+    pictures.push_back(resized);
+  }
+  return pictures;
+}
+
+void write_films(const fs::path& folder, const std::vector<NamedFilm>& films, double fps, Report& report) {
+  make_folder(folder / "unstylised");
+  for (std::size_t i = 0; i < films[0].frames.size(); ++i)
+    write_image(folder / "unstylised" / fmt::format("{:04}.png", i), films[0].frames[i]);
+  for (const NamedFilm& film : films) {
+    const fs::path file = folder / (film.name + ".mp4");
+    VideoWriter video(file, film.frames[0].size(), fps);
+    for (const cv::Mat& frame : film.frames) video.write(frame);
+    video.close();
+    report.videos.push_back({film.name, file});
+  }
+}
+
+}  // namespace
+
+FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, Progress& progress) {
+  if (!options.look.stylised()) throw UsageError("a film is evaluated in a style: give --style");
+  const OpenRun run = open_run(device, options.run, progress);
+  std::optional<OpenRun> other;
+  if (!options.scene.empty()) other.emplace(open_run(device, options.scene, progress));
+  const OpenRun& scene = other ? *other : run;
+  const Film film = plan_film(run, scene, options.film);
+  film_size(film);
+  check_look(options.look, "both", run.model->human() != nullptr);
+  std::vector<NamedFilm> others;
+  std::set<std::string> names = {"unstylised", "capture", "vivant"};
+  for (const auto& [name, path] : options.others) {
+    if (!names.insert(name).second)
+      throw UsageError(fmt::format("two films are called '{}': rename one", name));
+    others.push_back({name, read_film(path)});
+  }
+
+  Rendered rendered = render_films(device, run, scene, film, options.look, progress);
+  const std::vector<cv::Mat> captured = captured_pictures(run.capture, film);
+  const bool dis = options.flow == FlowKind::dis;
+  const std::vector<cv::Mat>& seen = captured.empty() ? rendered.plain.frames : captured;
+  const HumanModel* human = run.model->human();
+  const SurfaceFlow surface(human ? &human->body().body() : nullptr, film.units_per_metre);
+  const FlowSource flow = [&](int from, int to) {
+    return dis ? dis_flow(seen[from], seen[to]) : surface.flow(rendered.views[from], rendered.views[to]);
+  };
+  std::vector<NamedFilm> films = {rendered.plain, rendered.stylised};
+  if (!captured.empty()) films.insert(films.begin() + 1, {"capture", captured});
+  films.insert(films.end(), others.begin(), others.end());
+  const StyleMixture& style = options.look.scene.empty() ? options.look.person : options.look.scene;
+  FilmQuality quality = measure_films(device, films, flow, read_image(style[0].picture), progress);
+  quality.flow = !dis               ? "geometry of the rendered views"
+                 : captured.empty() ? "DIS on the unstylised film"
+                                    : "DIS on the capture's pictures";
+  if (options.output.empty()) return quality;
+  make_folder(options.output);
+  Report report = quality.report();
+  write_films(options.output, films, film.fps, report);
+  write_report(options.output, report, quality.json());
+  return quality;
+}
+
+std::pair<std::string, fs::path> named_film_from(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const fs::path path = equals == std::string::npos ? text : text.substr(equals + 1);
+  const std::string name =
+      equals == std::string::npos ? path.lexically_normal().stem().string() : text.substr(0, equals);
+  if (name.empty() || path.empty() || name.find('/') != std::string::npos)
+    throw UsageError(fmt::format("a film is NAME=PATH, a file or a folder of pictures, not '{}'", text));
+  return {name, path};
+}
+
+}  // namespace vivant
