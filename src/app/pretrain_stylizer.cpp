@@ -41,6 +41,13 @@ void add_pretrain_stylizer(CLI::App& app, const Globals& globals) {
   command->add_option("-o,--output", options->output, "the stylizer")
       ->required()
       ->type_name("FILE.safetensors");
+  command
+      ->add_option(
+          "--form", options->form,
+          "guided: what renders use; plain: AdaAttN without additions; cosine: its video variant. The latter "
+          "two are baselines for `vivant stylise`")
+      ->check(CLI::IsMember({"guided", "plain", "cosine"}))
+      ->capture_default_str();
   command->add_option("--seed", options->seed, "of all random numbers")->capture_default_str();
   command->add_option("--inversion-steps", options->inversion_steps, "steps that learn to decode features")
       ->check(CLI::PositiveNumber)

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "vivant/io/atomic_file.hpp"
+#include "vivant/io/frames.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/video.hpp"
 #include "vivant/jobs/film_stylizer.hpp"
@@ -16,24 +17,6 @@ namespace vivant {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The pictures of a film that lies in a file or a folder.
-std::vector<cv::Mat> read_film(const fs::path& path) {
-  std::vector<cv::Mat> frames;
-  if (!fs::is_directory(path)) {
-    VideoReader video(path);
-    while (std::optional<cv::Mat> frame = video.next()) frames.push_back(*frame);
-    return frames;
-  }
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path))
-    if (entry.path().extension() == ".png" || entry.path().extension() == ".jpg")
-      files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) frames.push_back(read_image(file));
-  if (frames.empty()) fail("{} holds no pictures (.png, .jpg)", path.string());
-  return frames;
-}
 
 cv::Mat as_mat(const std::vector<float>& values, const LayerFrame& frame) {
   if (values.empty()) return {};
@@ -110,7 +93,7 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
   for (const auto& [name, path] : options.others) {
     if (!names.insert(name).second)
       throw UsageError(fmt::format("two films are called '{}': rename one", name));
-    others.push_back({name, read_film(path)});
+    others.push_back({name, read_frames(path).pictures});
   }
 
   Rendered rendered = render_films(device, run, scene, film, options.look, progress);

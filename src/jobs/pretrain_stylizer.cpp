@@ -17,7 +17,8 @@ constexpr double reconstruction_in_style = 20;  // weight of the reconstruction 
 /// What a run must agree in to be gone on with.
 std::string description(const PretrainStylizerOptions& options) {
   return fmt::format("seed = {}\ninversion_steps = {}\nstyle_steps = {}\n", options.seed,
-                     options.inversion_steps, options.style_steps);
+                     options.inversion_steps, options.style_steps) +
+         (options.form == "guided" ? "" : fmt::format("form = \"{}\"\n", options.form));
 }
 
 class Pretraining {

@@ -35,7 +35,7 @@ StylizerTraining::StylizerTraining(Device& device, const PretrainStylizerOptions
       paintings(options.paintings, short_side, least_side, options.unseen),
       unseen(pictures_called(options.paintings, options.unseen, short_side)),
       initializer(options.seed),
-      stylizer(store, initializer),
+      stylizer(store, initializer, StylizerOptions::of_form(options.form)),
       vgg(device) {
   store.allocate(device);
 }

@@ -120,6 +120,7 @@ struct FrameStylizer::State {
         const Options& options);
 
   void set_style(std::span<const StylePicture> styles, const ContentNorm& norm);
+  void set_norm(const ContentNorm& norm);
   HostTokens tokens_of(const cv::Mat& rgb8);
   ContentNorm measure(std::span<const RenderedFrame> frames);
   /// Luma at a quarter and detail of a frame.
@@ -231,6 +232,10 @@ void FrameStylizer::State::set_style(std::span<const StylePicture> styles, const
                           stylizer.options().detail ? tile_detail : Value{});
   tile_executor = std::make_unique<Executor>(device, graph, Values{image});
   for (const auto& [value, here] : numbers) tile_executor->write(value, here);
+  set_norm(norm);
+}
+
+void FrameStylizer::State::set_norm(const ContentNorm& norm) {
   const Values targets = statistics.values();
   const std::vector<float>* measured[] = {&norm.feature_mean, &norm.feature_deviation, &norm.luma_mean,
                                           &norm.luma_deviation};
@@ -341,6 +346,11 @@ void FrameStylizer::set_style(const cv::Mat& picture, const ContentNorm& norm,
                               std::span<const RenderedFrame> frames) {
   const StylePicture style{picture};
   set_style({&style, 1}, norm, frames);
+}
+
+void FrameStylizer::set_norm(const ContentNorm& norm) {
+  if (!state_->tile_executor) fail("statistics are set before a style was");
+  state_->set_norm(norm);
 }
 
 std::vector<float> FrameStylizer::stylise(const RenderedFrame& frame, double strength) {

@@ -46,6 +46,15 @@ Value luma_lane(Graph& graph, Value x, double factor) {
 
 }  // namespace
 
+StylizerOptions StylizerOptions::of_form(const std::string& name) {
+  if (name == "guided") return {};
+  if (name != "plain" && name != "cosine")
+    throw UsageError(fmt::format("unknown form of the stylizer '{}': use guided, plain or cosine", name));
+  StylizerOptions options = plain();
+  options.cosine = name == "cosine";
+  return options;
+}
+
 StyleTokens guided_tokens(Graph& graph, Value keys, Value values, Value luma, double weight) {
   if (weight == 0) return {keys, {}, values};
   const Value bias = affine(multiply(luma, luma), -weight);

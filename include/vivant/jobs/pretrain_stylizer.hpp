@@ -15,6 +15,7 @@ struct PretrainStylizerOptions {
   std::vector<std::string> unseen = {"starry_night", "great_wave"};
   std::filesystem::path run;     ///< folder for checkpoints, previews and metrics
   std::filesystem::path output;  ///< stylizer.safetensors
+  std::string form = "guided";   ///< see StylizerOptions::of_form
   std::uint64_t seed = 1;
   std::int64_t inversion_steps = 700;  ///< psi and the decoder learn to turn features into colours
   std::int64_t style_steps = 240;      ///< then the losses of stage 3

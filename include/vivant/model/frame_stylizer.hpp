@@ -55,6 +55,9 @@ class FrameStylizer {
                  std::span<const RenderedFrame> frames);
   void set_style(const cv::Mat& picture, const ContentNorm& norm, std::span<const RenderedFrame> frames);
 
+  /// Other statistics of norm(c) for the style that was set.
+  void set_norm(const ContentNorm& norm);
+
   /// Colours [H, W, 3] in [0, 1]. strength blends from the reconstruction (0) to the style (1).
   std::vector<float> stylise(const RenderedFrame& frame, double strength = 1);
 

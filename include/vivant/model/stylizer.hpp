@@ -22,6 +22,9 @@ struct StylizerOptions {
   static StylizerOptions plain() {
     return {.luma_weight = 0, .deviation_scale = 1, .norm_limit = 0, .detail = false};
   }
+  /// "guided": the shipped one; "plain"; "cosine": plain with the scores of AdaAttN's video variant. Throws
+  /// UsageError for other names.
+  static StylizerOptions of_form(const std::string& name);
 };
 
 /// What the attention reads of a style, computed once per style image.
