@@ -19,6 +19,7 @@ void add_pretrain_stylizer(CLI::App& app, const Globals& globals);
 void add_devices(CLI::App& app, const Globals& globals);
 void add_op(CLI::App& app, const Globals& globals);
 void add_bench(CLI::App& app, const Globals& globals);
+void add_tune(CLI::App& app, const Globals& globals);
 void add_train(CLI::App& app, const Globals& globals);
 void add_render(CLI::App& app, const Globals& globals);
 void add_batch(CLI::App& app, const Globals& globals);

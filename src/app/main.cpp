@@ -63,6 +63,7 @@ int run(int argc, char** argv) {
   vivant::app::add_devices(app, globals);
   vivant::app::add_op(app, globals);
   vivant::app::add_bench(app, globals);
+  vivant::app::add_tune(app, globals);
   vivant::app::add_train(app, globals);
   vivant::app::add_render(app, globals);
   vivant::app::add_batch(app, globals);

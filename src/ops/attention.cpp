@@ -13,11 +13,11 @@ constexpr std::int64_t panel = 64;
 
 /// A register tile and how many of them one work-item owns, one below the other.
 struct RowTiles {
-  explicit RowTiles(const Launch& launch)
-      : defines(launch.gpu() ? Defines{{"TILE_ROWS", 2}, {"TILE_VECTORS", 2}, {"TILE_GROUPS", 1}}
-                             : Defines{{"TILE_ROWS", 6}, {"TILE_VECTORS", 4}, {"TILE_GROUPS", 8}}),
-        rows(launch.gpu() ? 2 : 48),
-        group(launch.gpu() ? 64 : 1) {}
+  explicit RowTiles(const Launch& launch) : group(launch.gpu() ? 64 : 1) {
+    const Tile tile = choose_tile(launch, TiledKernel::attention, panel);
+    defines = {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"TILE_GROUPS", tile.groups}};
+    rows = tile.rows * tile.groups;
+  }
   Launch::Call kernel(Launch& launch, const char* function) const {
     return launch.kernel("attention.cl", function, defines);
   }

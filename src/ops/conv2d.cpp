@@ -57,7 +57,7 @@ struct Conv2d final : Op {
   }
   void launch_winograd(Launch& launch) const {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
-    const Tile tile = winograd_tile(packed.channels());
+    const Tile tile = choose_tile(launch, TiledKernel::conv2d_winograd, packed.channels());
     const std::int64_t tiles_of_y = winograd_tiles(y.shape()), panels = packed[0];
     // Transformed inputs and products stay in the second cache, and every core gets work.
     const std::int64_t most = x.channels() <= 128 ? 24 : 12;
@@ -73,7 +73,7 @@ struct Conv2d final : Op {
   }
   void launch_taps(Launch& launch) const {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
-    const Tile tile = choose_tile(launch, packed.channels());
+    const Tile tile = choose_tile(launch, TiledKernel::conv2d, packed.channels());
     launch.kernel("conv2d.cl", "conv2d_forward", defines(launch, tile))
         .args(x, packed, launch.in(2), launch.workspace(), y, x[0], x[1], y[0], y[1], y.channels(), pad,
               reflect ? 1 : 0, packed[1])

@@ -60,7 +60,7 @@ struct Conv2dWeightGradient final : Op {
   void launch_winograd(Launch& launch) const {
     const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace(0),
                  &zeros = launch.workspace(1), &out = launch.out();
-    Tile tile = choose_gradient_tile(launch, x[2], grad[2]);
+    Tile tile = choose_gradient_tile(launch, TiledKernel::conv2d_winograd_gradient, x[2], grad[2]);
     while (grad[2] / 16 % tile.vectors != 0) --tile.vectors;
     const Defines defines = {{"INNER", x[2]},
                              {"OUTER", grad[2]},
@@ -82,7 +82,7 @@ struct Conv2dWeightGradient final : Op {
     const bool swapped = vectors_suit_first(x[2], grad[2]);
     const std::int64_t m = swapped ? grad[2] : x[2], n = swapped ? x[2] : grad[2];
     const std::int64_t chunks = chunks_of_rows(x.shape(), grad.shape());
-    const Tile tile = choose_gradient_tile(launch, m, n);
+    const Tile tile = choose_gradient_tile(launch, TiledKernel::conv2d_weight_gradient, m, n);
     launch
         .kernel("conv2d.cl", "conv2d_weight_gradient",
                 {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"SWAPPED", swapped ? 1 : 0}})

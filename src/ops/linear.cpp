@@ -30,7 +30,7 @@ struct Linear final : Op {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
     const Tensor& bias = launch.in(2);
     const std::int64_t panel = packed.channels();
-    const Tile tile = choose_tile(launch, panel);
+    const Tile tile = choose_tile(launch, TiledKernel::linear, panel);
     launch
         .kernel("linear.cl", "linear_forward",
                 {{"INNER", x.channels()},
@@ -101,7 +101,7 @@ struct OuterSum final : Op {
   void launch_packed(Launch& launch) const {
     const Tensor &x = launch.in(0), &y = launch.in(1), &a = launch.workspace(0), &b = launch.workspace(1);
     const std::int64_t rows = x.rows(), m = x.channels(), n = y.channels(), panel = b.channels();
-    const Tile tile = choose_tile(launch, panel);
+    const Tile tile = choose_tile(launch, TiledKernel::outer_sum, panel);
     const auto pack = [&](const Tensor& from, const Tensor& to, std::int64_t width) {
       launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", 0}})
           .args(from, to, 1, rows, from.channels(), width, rows, launch.count_of(x))
@@ -123,7 +123,7 @@ struct OuterSum final : Op {
     const Tensor &a = swap ? y : x, &b = swap ? x : y;
     const std::int64_t m = a.channels(), n = b.channels(), chunk = chunk_rows(x.shape(), y.shape());
     const Tensor& partial = launch.workspace();
-    const Tile tile = choose_gradient_tile(launch, m, n);
+    const Tile tile = choose_gradient_tile(launch, TiledKernel::outer_sum, m, n);
     launch.kernel("linear.cl", "weight_gradient", {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}})
         .args(a, b, partial, a.rows(), m, n, chunk, launch.count_of(x))
         .run({tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()),

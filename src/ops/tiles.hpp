@@ -16,30 +16,16 @@ inline std::int64_t panel_width(std::int64_t n) {
   return 64;
 }
 
-/// The register tile of one work-item: rows x vectors of VW columns.
-struct Tile {
-  std::int64_t rows, vectors;
-};
-
-/// The tile for panels of `panel` columns: on CPUs as many accumulators as 32 vector registers hold, on GPUs
-/// few.
-inline Tile choose_tile(const Launch& launch, std::int64_t panel) {
-  if (launch.gpu()) return {4, 2};
-  switch (panel / 16) {
-    case 1:
-      return {14, 1};
-    case 2:
-      return {12, 2};
-    case 3:
-      return {8, 3};
-    default:
-      return {6, 4};
-  }
+/// The tile of a kernel for panels of `panel` columns: what `vivant tune` found on this device, or the
+/// default.
+inline Tile choose_tile(const Launch& launch, TiledKernel kernel, std::int64_t panel) {
+  const Device& device = launch.device();
+  return device.tiles().find(kernel, panel).value_or(default_tile(kernel, device.device_class(), panel));
 }
 
 /// The tile of a weight gradient [m, n], columns on n: rows are spread evenly and are not more than m.
-inline Tile choose_gradient_tile(const Launch& launch, std::int64_t m, std::int64_t n) {
-  Tile tile = choose_tile(launch, panel_width(n));
+inline Tile choose_gradient_tile(const Launch& launch, TiledKernel kernel, std::int64_t m, std::int64_t n) {
+  Tile tile = choose_tile(launch, kernel, panel_width(n));
   const std::int64_t count = (m + tile.rows - 1) / tile.rows;
   tile.rows = (m + count - 1) / count;
   return tile;

@@ -10,10 +10,4 @@ inline std::int64_t winograd_tiles(std::int64_t height, std::int64_t width) {
 }
 inline std::int64_t winograd_tiles(const Shape& image) { return winograd_tiles(image[0], image[1]); }
 
-/// The register tile for panels of `panel` columns: its rows divide 24.
-inline Tile winograd_tile(std::int64_t panel) {
-  constexpr std::int64_t rows[] = {12, 12, 8, 6};
-  return {rows[panel / 16 - 1], panel / 16};
-}
-
 }  // namespace vivant

@@ -115,7 +115,12 @@ Device::Device(const DeviceOptions& options) {
   queue_ = Queue(clCreateCommandQueue(context_.get(), id_, properties, &error));
   check(error, "clCreateCommandQueue");
   profiler_.enable(options.profile);
+  tiles_ = TileTable::load(identity(), class_);
   alignment_ = std::max<std::size_t>(128, value_of<cl_uint>(id_, CL_DEVICE_MEM_BASE_ADDR_ALIGN) / 8);
+}
+
+std::string Device::identity() const {
+  return fmt::format("{}\n{}\n{}\n{}", info_.platform, info_.name, info_.version, info_.driver);
 }
 
 Device::~Device() {
@@ -171,8 +176,7 @@ void Device::finish() { check(clFinish(queue()), "clFinish"); }
 
 cl_program Device::program(const std::string& file, const std::string& options) {
   const std::string source = kernel_source(file);
-  const std::string key = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info_.platform, info_.name, info_.version,
-                                      info_.driver, options, source);
+  const std::string key = fmt::format("{}\n{}\n{}", identity(), options, source);
   if (const auto found = programs_.find(key); found != programs_.end()) return found->second.get();
   cl_int error = CL_SUCCESS;
   if (const auto binary = ProgramCache::load(key)) {

@@ -31,19 +31,22 @@ const char* variable(const char* name) {
   return value && *value ? value : nullptr;
 }
 
-fs::path folder() {
+fs::path file_of(const std::string& key) {
+  return cache_folder() / fmt::format("{:016x}{:016x}.bin", stable_hash(key), stable_hash(key, 77));
+}
+
+}  // namespace
+
+fs::path cache_folder() {
   if (const char* path = variable("VIVANT_CACHE")) return path;
   if (const char* path = variable("XDG_CACHE_HOME")) return fs::path(path) / "vivant";
   if (const char* path = variable("HOME")) return fs::path(path) / ".cache" / "vivant";
   return fs::temp_directory_path() / "vivant-cache";
 }
 
-fs::path file_of(const std::string& key) {
-  return folder() /
-         fmt::format("{:016x}{:016x}.bin", hash(key.data(), key.size(), 0), hash(key.data(), key.size(), 77));
+std::uint64_t stable_hash(const std::string& text, std::uint64_t seed) {
+  return hash(text.data(), text.size(), seed);
 }
-
-}  // namespace
 
 std::optional<std::vector<unsigned char>> ProgramCache::load(const std::string& key) {
   std::ifstream in(file_of(key), std::ios::binary);
@@ -66,7 +69,7 @@ std::optional<std::vector<unsigned char>> ProgramCache::load(const std::string& 
 
 void ProgramCache::store(const std::string& key, const std::vector<unsigned char>& binary) {
   std::error_code ignored;  // a cache that cannot be written only costs time
-  fs::create_directories(folder(), ignored);
+  fs::create_directories(cache_folder(), ignored);
   const fs::path target = file_of(key);
   const fs::path temporary = target.string() + fmt::format(".{}.tmp", getpid());
   {

@@ -1,11 +1,18 @@
 #pragma once
+#include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace vivant {
 
-/// Compiled programs on disk, under VIVANT_CACHE or $XDG_CACHE_HOME/vivant or ~/.cache/vivant.
+/// Where what was found out about devices is kept: VIVANT_CACHE or $XDG_CACHE_HOME/vivant or ~/.cache/vivant.
+std::filesystem::path cache_folder();
+/// The same for every build, so that names of files survive a new compiler.
+std::uint64_t stable_hash(const std::string& text, std::uint64_t seed = 0);
+
+/// Compiled programs on disk, in the cache folder.
 /// Entries are written to a temporary file and renamed; an entry that does not check out is deleted.
 class ProgramCache {
  public:

@@ -67,6 +67,7 @@ class Launch {
 
   Launch(Device& device, Precision precision, std::vector<Command>& commands);
 
+  const Device& device() const { return device_; }
   bool gpu() const { return device_.device_class() == DeviceClass::gpu; }
   /// Elements that one explicit vector of the kernels holds: 16 on CPUs, 4 on GPUs. The macro VW in kernels.
   int vector_width() const { return gpu() ? 4 : 16; }

@@ -8,11 +8,9 @@
 
 #include "vivant/runtime/opencl.hpp"
 #include "vivant/runtime/profiler.hpp"
+#include "vivant/runtime/tile_table.hpp"
 
 namespace vivant {
-
-/// Which form of a kernel runs: register tiles per work-item (cpu), or small vectors and wide groups (gpu).
-enum class DeviceClass { cpu, gpu };
 
 /// One OpenCL device as the system lists it.
 struct DeviceInfo {
@@ -61,6 +59,11 @@ class Device {
   cl_context context() const { return context_.get(); }
   cl_command_queue queue() const { return queue_.get(); }
   Profiler& profiler() { return profiler_; }
+  /// The register tiles that were measured on this device; executors made from now on use them.
+  const TileTable& tiles() const { return tiles_; }
+  void use_tiles(const TileTable& tiles) { tiles_ = tiles; }
+  /// The device and its driver, as the table of tiles is stored under.
+  std::string identity() const;
 
   /// Sub-buffers must start at a multiple of this many bytes.
   std::size_t alignment() const { return alignment_; }
@@ -102,6 +105,7 @@ class Device {
   Context context_;
   Queue queue_;
   Profiler profiler_;
+  TileTable tiles_;
   std::size_t alignment_ = 128;
   std::map<std::string, Program> programs_;
   int programs_built_ = 0, programs_loaded_ = 0;
