@@ -52,7 +52,7 @@ void check_linear_error(const TensorFile& file, const std::string& part, const s
 
 TEST_CASE("command line: every command has help with an example") {
   for (const std::string command :
-       {"synth", "devices", "op list", "op show", "op run", "bench", "bench roofline"}) {
+       {"synth", "devices", "op list", "op show", "op run", "bench", "bench roofline", "tune"}) {
     const Finished run = run_vivant(command + " --help");
     CAPTURE(command);
     CHECK(run.exit_code == 0);

@@ -12,10 +12,12 @@ import matplotlib
 
 matplotlib.use("svg")
 from matplotlib import pyplot
+from matplotlib.ticker import LogLocator
 
 from program import OURS, THREADS, Program, measure
 
 STEP = {"workload": "scene step", "planes": 128, "rays": 1024, "samples": 128}
+STEP_WITHOUT_UNETS = {**STEP, "encoding": "vanilla"}  # planes are parameters
 STYLISE = {"workload": "stylise", "tokens": 4096}
 FRAME = {"workload": "frame", "planes": 128, "samples": 128, "threshold": 0}
 PICTURES = [{"height": height, "width": width} for height, width in [(68, 120), (135, 240), (270, 480), (540, 960)]]
@@ -24,10 +26,10 @@ PICTURES = [{"height": height, "width": width} for height, width in [(68, 120), 
 def series(quick):
     """(what grows, what is measured, [(size, request)])"""
     last = 3 if quick else 4
-    yield "rays", "scene step, 128x128 planes, 128 samples", [
-        (rays, {**STEP, "rays": rays}) for rays in [512, 1024, 2048, 4096][:last]]
-    yield "samples", "scene step, 128x128 planes, 1024 rays", [
-        (samples, {**STEP, "samples": samples}) for samples in [32, 64, 128, 256][:last]]
+    for name, step in [("scene step, 128x128 planes", STEP), ("the same without U-Nets", STEP_WITHOUT_UNETS)]:
+        yield "rays", f"{name}, 128 samples", [(rays, {**step, "rays": rays}) for rays in [512, 1024, 2048, 4096][:last]]
+        yield "samples", f"{name}, 1024 rays", [
+            (samples, {**step, "samples": samples}) for samples in [32, 64, 128, 256][:last]]
     yield "plane cells", "scene step, 1024 rays x 64", [
         (planes**2, {**STEP, "planes": planes, "samples": 64}) for planes in [64, 128, 256, 512][:last]]
     for name, work in [("stylise a map, 4096 tokens", STYLISE), ("frame of scene and person, 128 + 128 samples", FRAME)]:
@@ -64,6 +66,8 @@ def draw(found, path):
         panel.set_xlabel(grows)
         panel.set_xticks(row["sizes"], [str(size) for size in row["sizes"]], rotation=20)
         panel.minorticks_off()
+        panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        panel.yaxis.set_major_formatter("{x:g}")
         panel.legend(fontsize=7)
     panels[0].set_ylabel("seconds (dotted: linear)")
     figure.savefig(path)
