@@ -46,7 +46,7 @@ constexpr std::array<const char*, 6> colours = {"#1f77b4", "#d62728", "#2ca02c",
 
 /// Where a plot's values lie on the page.
 struct Axes {
-  static constexpr double width = 640, height = 220, left = 56, right = 12, top = 10, bottom = 34;
+  static constexpr double width = 640, height = 220, left = 64, right = 14, top = 10, bottom = 34;
   double low = 0, high = 1, count = 1;
 
   explicit Axes(const std::vector<Report::Curve>& curves) {
@@ -91,7 +91,7 @@ std::string svg_of(const Report::Plot& plot) {
     svg += fmt::format(
         "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" "
         "y=\"{4:.1f}\" "
-        "text-anchor=\"end\">{5:.4g}</text>\n",
+        "text-anchor=\"end\">{5:.3g}</text>\n",
         Axes::left, Axes::width - Axes::right, at, Axes::left - 4, at + 4, value);
     const double frame = std::round(tick / 4.0 * axes.count);
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", axes.x(frame),
