@@ -5,7 +5,10 @@
 #include "io_helpers.hpp"
 #include "tiny_run.hpp"
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/film_renderer.hpp"
 #include "vivant/jobs/render.hpp"
+#include "vivant/model/frame_stylizer.hpp"
+#include "vivant/model/view_renderer.hpp"
 
 using namespace vivant;
 using Eigen::Vector3d;
@@ -143,4 +146,40 @@ TEST_CASE("film: pictures of the layers, and the person of one run in the scene 
                    render(runs.device, options, progress);
                  }),
                  "has no person"));
+}
+
+TEST_CASE("film: a feature is the mean over its pixels, not what its middle shows") {
+  const TemporaryFolder folder;
+  Device device;
+  Progress progress(ProgressMode::none, false);
+  const OpenRun run = open_run(device, make_tiny_run(device, folder.path(), false), progress);
+  const Film film = plan_film(run, run, {.views = "first"});
+  const Shot& shot = film.shots[0];
+  FilmRenderer renderer(device, run, run, film, "both", true);
+  const std::vector<float> got = renderer.render(shot).features;
+
+  const Camera small = feature_camera(shot.camera);
+  constexpr int side = FilmRenderer::feature_rays;
+  SceneRenderer fields(device, run.model->scene(), {.output = Output::feature});
+  const auto rendered = [&](const Camera& camera) {
+    std::vector<float> pixels = fields.render(camera).pixels;
+    cv::Mat picture(camera.height, camera.width, CV_32FC(256), pixels.data());
+    return picture.clone();
+  };
+  // Rays in threes a side are those of a picture of three times the size.
+  const cv::Mat fine = rendered(small.resized(side * small.width, side * small.height));
+  double largest = 0, from_middle = 0;
+  const cv::Mat middle = rendered(small);
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x)
+      for (int c = 0; c < 256; ++c) {
+        double sum = 0;
+        for (int i = 0; i < side * side; ++i)
+          sum += fine.ptr<float>(side * y + i / side, side * x + i % side)[c];
+        const double mean = got[(static_cast<std::size_t>(y) * small.width + x) * 256 + c];
+        largest = std::max(largest, std::abs(mean - sum / (side * side)));
+        from_middle = std::max(from_middle, std::abs(mean - static_cast<double>(middle.ptr<float>(y, x)[c])));
+      }
+  CHECK(largest < 1e-4);
+  CHECK(from_middle > 10 * largest);
 }

@@ -78,6 +78,32 @@ FilmRenderer::FilmRenderer(Device& device, const OpenRun& run, const OpenRun& sc
 }
 FilmRenderer::~FilmRenderer() = default;
 
+namespace {
+
+/// The camera whose rays go through places beside the pixels' centres, `x` and `y` pixels away.
+Camera beside(Camera camera, double x, double y) {
+  camera.cx -= x;
+  camera.cy -= y;
+  return camera;
+}
+
+}  // namespace
+
+// A feature stands for 4 x 4 pixels: with a single ray it jumps from frame to frame, and the attention makes
+// strokes of that (docs/evaluation.md).
+std::vector<float> FilmRenderer::mean_features(Layers& layers, const Shot& shot) {
+  const Camera camera = feature_camera(shot.camera);
+  std::vector<float> mean(Stylizer::features * static_cast<std::size_t>(camera.width) * camera.height);
+  const float share = 1.0f / static_cast<float>(feature_rays * feature_rays);
+  for (int i = 0; i < feature_rays; ++i)
+    for (int j = 0; j < feature_rays; ++j) {
+      const Camera here = beside(camera, (j + 0.5) / feature_rays - 0.5, (i + 0.5) / feature_rays - 0.5);
+      const std::vector<float> features = layers.render(here, shot.person).values;
+      for (std::size_t k = 0; k < features.size(); ++k) mean[k] += share * features[k];
+    }
+  return mean;
+}
+
 LayerFrame FilmRenderer::render(const Shot& shot) {
   Layers::Pixels colours = colours_->render(shot.camera, shot.person);
   const std::size_t pixels = static_cast<std::size_t>(shot.camera.width) * shot.camera.height;
@@ -90,9 +116,7 @@ LayerFrame FilmRenderer::render(const Shot& shot) {
                    std::move(colours.depth),
                    {}};
   if (features_) {
-    const Camera camera = feature_camera(shot.camera);
-    frame.features = features_->render(camera, shot.person).values;
-    frame.features.resize(Stylizer::features * static_cast<std::size_t>(camera.width) * camera.height);
+    frame.features = mean_features(*features_, shot);
   }
   return frame;
 }

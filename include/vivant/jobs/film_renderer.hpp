@@ -29,10 +29,13 @@ class FilmRenderer {
   FilmRenderer(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
                const std::string& layers, bool features);
   ~FilmRenderer();
+  /// A feature is the mean over this many rays a side, spread over its 4 x 4 pixels.
+  static constexpr int feature_rays = 3;
   LayerFrame render(const Shot& shot);
 
  private:
   class Layers;
+  static std::vector<float> mean_features(Layers& layers, const Shot& shot);
   std::unique_ptr<Layers> colours_, features_;
 };
 
