@@ -123,6 +123,7 @@ std::vector<TuneTask> tune_tasks(const Device& device, const std::string& filter
   }
   if (tasks.empty()) {
     std::vector<std::string_view> names;
+    names.reserve(all_tiled_kernels.size());
     for (const TiledKernel kernel : all_tiled_kernels) names.push_back(name_of(kernel));
     throw UsageError(fmt::format("no kernel that '{}' names can be tuned on this device: there are {}",
                                  filter, fmt::join(names, ", ")));
