@@ -19,6 +19,9 @@ if(VIVANT_LINT_KERNELS)
         OUTPUT ${stamp}
         COMMAND ${CLANG} -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -target spir64 -fsyntax-only
                 -Wall -Wextra -Wno-unused-parameter -Werror -I${CMAKE_SOURCE_DIR}/kernels ${file}
+        # Once more with the forms for matrix units.
+        COMMAND ${CLANG} -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -target spir64 -fsyntax-only
+                -Wall -Wextra -Wno-unused-parameter -Werror -DMATRIX_UNITS=3 -I${CMAKE_SOURCE_DIR}/kernels ${file}
         COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/lint
         COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
         DEPENDS ${KERNEL_FILES}

@@ -13,17 +13,45 @@
 //   where work-items own rows of keys. Nothing is added by two work-items, so nothing depends on their order.
 //
 // The operand whose rows lie along a block is packed in panels of PANEL columns (pack_weights.cl).
+// On matrix units (matrix_units.clh) scores are always products of three, so that weights are exact.
 #define PANEL 64
+#include "matrix_units.clh"
 #include "tile.clh"
 #ifndef TILE_GROUPS
 #define TILE_GROUPS 8
 #endif
 #define ROWS (TILE_ROWS * TILE_GROUPS)
+#define EXACT 3
+// Channels of q and k, and of w: what the buffers of staged rows hold.
+#ifndef INNER_CHANNELS
+#define INNER_CHANNELS 64
+#define OUTER_CHANNELS 64
+#endif
+#if MATRIX_UNITS
+// Rows first to end - 1 of x as the left operand of products.
+#define STAGE_ROWS(name, x, channels, products)                                                                   \
+  uint name[2 * ROWS * PAIRS_OF(channels)] ALIGNED;                                                                  \
+  stage_rows(x + (size_t)first * (channels), channels, channels, end - first, name, PAIRS_OF(channels),           \
+             ROWS * PAIRS_OF(channels), products);
+#define MULTIPLY_ROWS(name, x, channels, packed, j, products, s)                                                  \
+  if (channels >= 16)                                                                                             \
+    multiply_rows_bf16(PASS_REGISTERS name, PAIRS_OF(channels), end - first, (IN uint*)packed, j, products, s);   \
+  else                                                                                                            \
+    multiply_rows(x, channels, first, end, panel_at(packed, channels, j), s);
+#define ADD_PRODUCTS(...) add_products_bf16(PASS_REGISTERS __VA_ARGS__)
+#else
+#define BEGIN_UNITS
+#define END_UNITS
+#define STAGE_ROWS(name, x, channels, products)
+#define MULTIPLY_ROWS(name, x, channels, packed, j, products, s) \
+  multiply_rows(x, channels, first, end, panel_at(packed, channels, j), s);
+#define ADD_PRODUCTS(...) add_products(__VA_ARGS__)
+#endif
 #define FOR_TILE_GROUPS for (int g = 0; g < ROWS; g += TILE_ROWS)
 
 // Column j of a packed operand with `inner` rows.
 inline IN REAL* panel_at(IN REAL* packed, int inner, int j) {
-  return packed + (size_t)(j / PANEL) * PANEL * inner + j % PANEL;
+  return packed + (size_t)(j / PANEL) * PANEL * PACKED_ROWS(inner) + j % PANEL;
 }
 
 inline REALV load_columns(IN REAL* row, int v, int left) {
@@ -77,6 +105,45 @@ inline void add_products(const REAL* s, const REAL* factor, int live, IN REAL* p
     }
   }
 }
+
+#if MATRIX_UNITS
+// s = staged rows times the columns j, j + 1, .. of a packed operand.
+INLINE void multiply_rows_bf16(REGISTERS const uint* staged, int pairs, int live, IN uint* packed, int j, int products,
+                               float* s) {
+  const Operand w = OPERAND(packed + (size_t)j * 2 * pairs, 4 * PANEL, 4 * pairs * PANEL, 0, 0);
+  for (int block = 0; block < live; block += BLOCK_ROWS)
+    product(PASS_REGISTERS OPERAND(staged + block * pairs, 4 * pairs, 4 * ROWS * pairs, 0, 0), 64 * pairs, w, PANEL, pairs,
+            1, 1, products, s + block * PANEL, PANEL, 0);
+}
+
+// What add_products does. Few rows are packed as for fp32.
+INLINE void add_products_bf16(REGISTERS const float* s, const float* factor, int live, IN float* packed, int packed_rows,
+                              int block, GLOBAL float* y, int columns, int first, int end) {
+  if (packed_rows < 16) {
+    add_products(s, factor, live, packed, packed_rows, block, y, columns, first, end);
+    return;
+  }
+  uint staged[2 * ROWS * (PANEL / 2)] ALIGNED;
+  float c[BLOCK_ROWS * PANEL] ALIGNED;
+  stage_buffer(s, PANEL, live, ROWS, staged, PANEL / 2, ROWS * (PANEL / 2), PRODUCTS);
+  const int pairs = PAIRS_OF(live), all_pairs = PAIRS_OF(packed_rows);
+  for (int j = 0; j < columns; j += PANEL) {
+    const Operand w = OPERAND((IN uint*)packed + (size_t)j * 2 * all_pairs + block / 2 * PANEL, 4 * PANEL,
+                              4 * all_pairs * PANEL, 0, 0);
+    const int left = columns - j;
+    for (int g = 0; g < end - first; g += BLOCK_ROWS) {
+      product(PASS_REGISTERS OPERAND(staged + g * (PANEL / 2), 2 * PANEL, 2 * ROWS * PANEL, 0, 0), 32 * PANEL, w, PANEL,
+              pairs, 1, 1, PRODUCTS, c, PANEL, 0);
+      for (int r = 0; r < min(BLOCK_ROWS, end - first - g); ++r) {
+        GLOBAL float* row = y + (size_t)(first + g + r) * columns + j;
+        float16 acc[TILE_VECTORS];
+        FOR_TILE_VECTORS acc[v] = factor[g + r] * load_columns(row, v, left) + FLOATS(c + r * PANEL + 16 * v);
+        store_columns(acc, row, left);
+      }
+    }
+  }
+}
+#endif
 
 inline void zero_rows(GLOBAL REAL* y, int columns, int first, int end) {
   for (size_t i = (size_t)first * columns; i < (size_t)end * columns; ++i) y[i] = 0;
@@ -133,29 +200,31 @@ inline REAL weigh_row(REAL* s, IN REAL* bias, int live, REAL scale, int cosine, 
 
 // keys: k^T packed; values: w packed
 KERNEL void attend(IN REAL* restrict q, IN REAL* restrict keys, IN REAL* restrict values, IN REAL* restrict bias,
-                   GLOBAL REAL* o, GLOBAL REAL* restrict normaliser, int n, int capacity, int inner, int columns,
-                   REAL scale, int cosine, IN int* count) {
+                   GLOBAL REAL* o, GLOBAL REAL* restrict normaliser, int n, int capacity, REAL scale, int cosine, IN int* count) {
   const int first = get_global_id(0) * ROWS, end = min(first + ROWS, n), m = live_rows(capacity, count);
   if (first >= n) return;
-  REAL s[ROWS * COLUMNS], largest[ROWS], total[ROWS], factor[ROWS];
+  REAL s[ROWS * COLUMNS] ALIGNED, largest[ROWS], total[ROWS], factor[ROWS];
+  BEGIN_UNITS
+  STAGE_ROWS(staged, q, INNER_CHANNELS, EXACT)
   for (int r = 0; r < ROWS; ++r) {
     largest[r] = -1e30f;
     total[r] = 0;
     factor[r] = 1;
   }
-  zero_rows(o, columns, first, end);
+  zero_rows(o, OUTER_CHANNELS, first, end);
   for (int key = 0; key < m; key += COLUMNS) {
     const int live = min(COLUMNS, m - key);
-    multiply_rows(q, inner, first, end, panel_at(keys, inner, key), s);
+    MULTIPLY_ROWS(staged, q, INNER_CHANNELS, keys, key, EXACT, s)
     for (int r = 0; r < end - first; ++r)
       factor[r] = weigh_row(s + r * COLUMNS, bias ? bias + key : bias, live, scale, cosine, largest + r, total + r);
-    add_products(s, factor, live, values, capacity, key, o, columns, first, end);
+    ADD_PRODUCTS(s, factor, live, values, capacity, key, o, OUTER_CHANNELS, first, end);
   }
+  END_UNITS
   for (int r = 0; r < end - first; ++r) {
     const REAL by_total = total[r] == 0 ? 0 : 1 / total[r];
     normaliser[first + r] = cosine ? total[r] : largest[r] + log(total[r]);
-    GLOBAL REAL* row = o + (size_t)(first + r) * columns;
-    for (int c = 0; c < columns; ++c) row[c] *= by_total;
+    GLOBAL REAL* row = o + (size_t)(first + r) * OUTER_CHANNELS;
+    for (int c = 0; c < OUTER_CHANNELS; ++c) row[c] *= by_total;
   }
 }
 
@@ -173,16 +242,19 @@ KERNEL void attend(IN REAL* restrict q, IN REAL* restrict keys, IN REAL* restric
 KERNEL void attend_query_gradient(IN REAL* restrict q, IN REAL* restrict grad_o, IN REAL* restrict keys,
                                   IN REAL* restrict values, IN REAL* restrict key_rows, IN REAL* restrict bias,
                                   IN REAL* restrict normaliser, IN REAL* restrict delta, GLOBAL REAL* grad_q, int n,
-                                  int capacity, int inner, int columns, REAL scale, int cosine, IN int* count) {
+                                  int capacity, REAL scale, int cosine, IN int* count) {
   const int first = get_global_id(0) * ROWS, end = min(first + ROWS, n), m = live_rows(capacity, count);
   if (first >= n) return;
-  REAL s[ROWS * COLUMNS], slopes[ROWS * COLUMNS], factor[ROWS];
+  REAL s[ROWS * COLUMNS] ALIGNED, slopes[ROWS * COLUMNS] ALIGNED, factor[ROWS];
+  BEGIN_UNITS
+  STAGE_ROWS(staged, q, INNER_CHANNELS, EXACT)
+  STAGE_ROWS(staged_grad, grad_o, OUTER_CHANNELS, PRODUCTS)
   for (int r = 0; r < ROWS; ++r) factor[r] = 1;
-  zero_rows(grad_q, inner, first, end);
+  zero_rows(grad_q, INNER_CHANNELS, first, end);
   for (int key = 0; key < m; key += COLUMNS) {
     const int live = min(COLUMNS, m - key);
-    multiply_rows(q, inner, first, end, panel_at(keys, inner, key), s);
-    multiply_rows(grad_o, columns, first, end, panel_at(values, columns, key), slopes);
+    MULTIPLY_ROWS(staged, q, INNER_CHANNELS, keys, key, EXACT, s)
+    MULTIPLY_ROWS(staged_grad, grad_o, OUTER_CHANNELS, values, key, PRODUCTS, slopes)
     for (int r = 0; r < end - first; ++r) {
       const REALV row_normaliser = (REALV)(normaliser[first + r]), row_delta = (REALV)(delta[first + r]);
       FOR_TILE_VECTORS {
@@ -190,9 +262,10 @@ KERNEL void attend_query_gradient(IN REAL* restrict q, IN REAL* restrict grad_o,
         WEIGHTS_AND_SLOPES(s + r * COLUMNS, slopes + r * COLUMNS, score_bias, row_normaliser, row_delta)
       }
     }
-    add_products(slopes, factor, live, key_rows, capacity, key, grad_q, inner, first, end);
+    ADD_PRODUCTS(slopes, factor, live, key_rows, capacity, key, grad_q, INNER_CHANNELS, first, end);
   }
-  for (size_t i = (size_t)first * inner; i < (size_t)end * inner; ++i) grad_q[i] *= scale;
+  END_UNITS
+  for (size_t i = (size_t)first * INNER_CHANNELS; i < (size_t)end * INNER_CHANNELS; ++i) grad_q[i] *= scale;
 }
 
 // queries, grads: q^T and g^T packed; query_rows, grad_rows: q and g packed
@@ -200,20 +273,23 @@ KERNEL void attend_key_gradient(IN REAL* restrict k, IN REAL* restrict w, IN REA
                                 IN REAL* restrict grads, IN REAL* restrict query_rows, IN REAL* restrict grad_rows,
                                 IN REAL* restrict bias, IN REAL* restrict normaliser, IN REAL* restrict delta,
                                 GLOBAL REAL* grad_k, GLOBAL REAL* grad_w, GLOBAL REAL* restrict grad_bias, int n,
-                                int capacity, int inner, int columns, REAL scale, int cosine, IN int* count) {
+                                int capacity, REAL scale, int cosine, IN int* count) {
   const int m = live_rows(capacity, count), first = get_global_id(0) * ROWS, end = min(first + ROWS, m);
   if (first >= m) return;
-  REAL s[ROWS * COLUMNS], slopes[ROWS * COLUMNS], factor[ROWS], bias_slope[ROWS];
+  REAL s[ROWS * COLUMNS] ALIGNED, slopes[ROWS * COLUMNS] ALIGNED, factor[ROWS], bias_slope[ROWS];
+  BEGIN_UNITS
+  STAGE_ROWS(staged, k, INNER_CHANNELS, EXACT)
+  STAGE_ROWS(staged_values, w, OUTER_CHANNELS, PRODUCTS)
   for (int r = 0; r < ROWS; ++r) {
     factor[r] = 1;
     bias_slope[r] = 0;
   }
-  zero_rows(grad_k, inner, first, end);
-  zero_rows(grad_w, columns, first, end);
+  zero_rows(grad_k, INNER_CHANNELS, first, end);
+  zero_rows(grad_w, OUTER_CHANNELS, first, end);
   for (int query = 0; query < n; query += COLUMNS) {
     const int live = min(COLUMNS, n - query);
-    multiply_rows(k, inner, first, end, panel_at(queries, inner, query), s);
-    multiply_rows(w, columns, first, end, panel_at(grads, columns, query), slopes);
+    MULTIPLY_ROWS(staged, k, INNER_CHANNELS, queries, query, EXACT, s)
+    MULTIPLY_ROWS(staged_values, w, OUTER_CHANNELS, grads, query, PRODUCTS, slopes)
     for (int r = 0; r < end - first; ++r) {
       const REAL score_bias = bias ? bias[first + r] : 0;
       FOR_TILE_VECTORS WEIGHTS_AND_SLOPES(s + r * COLUMNS, slopes + r * COLUMNS, score_bias,
@@ -221,9 +297,10 @@ KERNEL void attend_key_gradient(IN REAL* restrict k, IN REAL* restrict w, IN REA
                                           load_columns(delta + query, v, live))
       for (int c = 0; c < live; ++c) bias_slope[r] += slopes[r * COLUMNS + c];
     }
-    add_products(s, factor, live, grad_rows, n, query, grad_w, columns, first, end);
-    add_products(slopes, factor, live, query_rows, n, query, grad_k, inner, first, end);
+    ADD_PRODUCTS(s, factor, live, grad_rows, n, query, grad_w, OUTER_CHANNELS, first, end);
+    ADD_PRODUCTS(slopes, factor, live, query_rows, n, query, grad_k, INNER_CHANNELS, first, end);
   }
-  for (size_t i = (size_t)first * inner; i < (size_t)end * inner; ++i) grad_k[i] *= scale;
+  END_UNITS
+  for (size_t i = (size_t)first * INNER_CHANNELS; i < (size_t)end * INNER_CHANNELS; ++i) grad_k[i] *= scale;
   for (int r = 0; r < end - first; ++r) grad_bias[first + r] = bias_slope[r];
 }

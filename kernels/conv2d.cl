@@ -9,16 +9,12 @@
 //        . . p q r . .
 //
 // Output pixel (i, j) and tap (u, v) read x at (i + u - pad, j + v - pad). The data gradient is the same kernel on the
-// output's gradient, with transposed weights and 2 - pad.
+// output's gradient, with transposed weights and 2 - pad. Forms on matrix units (matrix_units.clh) end in _bf16.
+#include "matrix_units.clh"
+#include "mirrored.clh"
 #include "tile.clh"
 
 #define FOR_TAPS for (int tap = 0; tap < 9; ++tap)
-
-// A coordinate mirrored at the centres of the first and the last pixel.
-inline int mirrored(int i, int extent) {
-  const int positive = abs(i);
-  return min(positive, 2 * (extent - 1) - positive);
-}
 
 KERNEL void conv2d_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REAL* restrict bias,
                            IN REAL* restrict zeros, GLOBAL REAL* restrict y, int height, int width, int out_height,
@@ -123,3 +119,136 @@ KERNEL void conv2d_weight_gradient(IN REAL* restrict x, IN REAL* restrict grad, 
   GLOBAL REAL* out = partial + ((size_t)chunk * 9 + tap) * m * n;
   FOR_TILE_ROWS if (i + r >= own) store_columns(acc[r], out + (size_t)(i + r) * n + j, n - j);
 }
+
+#if MATRIX_UNITS
+// Pixels of a block, BLOCK_WIDTH 16 or 32; the block's inputs have a border of one pixel.
+#ifndef BLOCK_WIDTH
+#define BLOCK_WIDTH 32
+#endif
+#ifndef BLOCK_HEIGHT
+#define BLOCK_HEIGHT 4
+#endif
+#define PAIRS PAIRS_OF(INNER)
+#define STAGED_WIDTH (BLOCK_WIDTH + 2)
+#define STAGED ((BLOCK_HEIGHT + 2) * STAGED_WIDTH * PAIRS)
+
+// The image pixel at (i, k), mirrored if need be, or a null pointer outside.
+INLINE IN float* pixel_at(IN float* x, int i, int k, int height, int width, int channels, int reflect) {
+  if (reflect) {
+    i = mirrored(i, height);
+    k = mirrored(k, width);
+  }
+  return (uint)i < (uint)height && (uint)k < (uint)width ? x + (size_t)(i * width + k) * channels : 0;
+}
+
+// A work-item takes a block of pixels through `panels` panels.
+KERNEL void conv2d_forward_bf16(IN float* restrict x, IN uint* restrict packed, IN float* restrict bias,
+                                GLOBAL float* restrict y, int height, int width, int out_height, int out_width,
+                                int columns, int pad, int reflect, int panels) {
+  const int across = (out_width + BLOCK_WIDTH - 1) / BLOCK_WIDTH, begin = get_global_id(1) * panels * PANEL;
+  const int left = get_global_id(0) % across * BLOCK_WIDTH, top = get_global_id(0) / across * BLOCK_HEIGHT;
+  if (top >= out_height || begin >= columns) return;
+  uint a[2 * STAGED] ALIGNED;
+  float c[BLOCK_ROWS * PANEL] ALIGNED;
+  BEGIN_UNITS
+  for (int i = 0; i < BLOCK_HEIGHT + 2; ++i)
+    for (int k = 0; k < STAGED_WIDTH; ++k) {
+      IN float* pixel = pixel_at(x, top + i - pad, left + k - pad, height, width, INNER, reflect);
+      stage_rows(pixel, 0, pixel ? INNER : 0, 1, a + (i * STAGED_WIDTH + k) * PAIRS, PAIRS, STAGED, PRODUCTS);
+    }
+  const int rows = BLOCK_ROWS / BLOCK_WIDTH, second = 4 * PAIRS * (BLOCK_WIDTH == 16 ? STAGED_WIDTH : 16);
+  for (int j = begin; j < min(columns, begin + panels * PANEL); j += PANEL) {
+    const Operand w = OPERAND(packed + (size_t)j * 18 * PAIRS, 4 * PANEL, 36 * PAIRS * PANEL, 4 * PAIRS * PANEL,
+                              12 * PAIRS * PANEL);
+    for (int i = 0; i < min(BLOCK_HEIGHT, out_height - top); i += rows) {
+      const Operand pixels = OPERAND(a + i * STAGED_WIDTH * PAIRS, 4 * PAIRS, 4 * STAGED, 4 * PAIRS, 4 * PAIRS * STAGED_WIDTH);
+      product(PASS_REGISTERS pixels, second, w, PANEL, PAIRS, 9, 3, PRODUCTS, c, PANEL, 0);
+      for (int r = 0; r < BLOCK_ROWS; ++r) {
+        const int row = top + i + r / BLOCK_WIDTH, column = left + r % BLOCK_WIDTH;
+        if (row >= out_height || column >= out_width) continue;
+        float16 acc[TILE_VECTORS];
+        FOR_TILE_VECTORS acc[v] = FLOATS(c + r * PANEL + 16 * v);
+        store_activated(acc, bias + j, y + (size_t)(row * out_width + column) * columns + j, columns - j);
+      }
+    }
+  }
+  END_UNITS
+}
+
+#ifndef OUTER
+#define OUTER 32
+#endif
+#define INNER_PADDED ((INNER + BLOCK_ROWS - 1) / BLOCK_ROWS * BLOCK_ROWS)
+#define OUTER_PADDED ((OUTER + PANEL - 1) / PANEL * PANEL)
+// Columns of a span, and those of x that they and their taps read.
+#ifndef SPAN
+#define SPAN 64
+#endif
+#define SPAN_OF_X (SPAN + 32)
+#define LEFT_PAIRS ((BLOCK_HEIGHT + 2) * INNER_PADDED * (SPAN_OF_X / 2))
+#define RIGHT_PAIRS (BLOCK_HEIGHT * (SPAN / 2) * OUTER_PADDED)
+
+INLINE float16 sixteen_of_pixel(IN float* pixel, int c, int channels) {
+  return !pixel ? (float16)(0) : c + 16 <= channels ? vload16(0, pixel + c) : sixteen_partial(pixel, c, channels);
+}
+
+// x from pixel (top, left) on: left [row][channel][pairs of columns]
+INLINE void stage_inputs(IN float* x, int top, int left_column, int height, int width, int reflect, uint* left) {
+  for (int i = 0; i < BLOCK_HEIGHT + 2; ++i)
+    for (int k = 0; k < SPAN_OF_X; k += 32) {
+      IN float* pixels[32];
+      for (int p = 0; p < 32; ++p)
+        pixels[p] = pixel_at(x, top + i, left_column + k + p, height, width, INNER, reflect);
+      for (int c = 0; c < INNER; c += 16) {
+        float16 rows[32];
+        for (int p = 0; p < 32; ++p) rows[p] = sixteen_of_pixel(pixels[p], c, INNER);
+        stage_transposed(rows, left + (i * INNER_PADDED + c) * (SPAN_OF_X / 2) + k / 2, SPAN_OF_X / 2, LEFT_PAIRS, PRODUCTS);
+      }
+    }
+}
+
+// The output's gradient from pixel (top, left) on: right [row][pairs of columns][channel]
+INLINE void stage_gradients(IN float* grad, int top, int left_column, int height, int width, uint* right) {
+  for (int i = 0; i < BLOCK_HEIGHT; ++i)
+    for (int k = 0; k < SPAN; k += 2) {
+      IN float* first = pixel_at(grad, top + i, left_column + k, height, width, OUTER, 0);
+      IN float* second = pixel_at(grad, top + i, left_column + k + 1, height, width, OUTER, 0);
+      uint* to = right + (i * SPAN + k) / 2 * OUTER_PADDED;
+      for (int c = 0; c < OUTER_PADDED; c += 16) {
+        uint16 hi, lo;
+        split_pairs(sixteen_of_pixel(first, c, OUTER), sixteen_of_pixel(second, c, OUTER), &hi, &lo);
+        *(uint16*)(to + c) = hi;
+        *(uint16*)(to + RIGHT_PAIRS + c) = lo;
+      }
+    }
+}
+
+// partial [chunks, 9, INNER, OUTER]: one work-item per chunk of output rows.
+KERNEL void conv2d_weight_gradient_bf16(IN float* restrict x, IN float* restrict grad, GLOBAL float* restrict partial,
+                                        int height, int width, int out_height, int out_width, int pad, int reflect,
+                                        int chunk_rows) {
+  const int chunk = get_global_id(0), begin = chunk * chunk_rows, end = min(begin + chunk_rows, out_height);
+  if (begin >= out_height) return;
+  GLOBAL float* sums = partial + (size_t)chunk * 9 * INNER * OUTER;
+  uint left[2 * LEFT_PAIRS] ALIGNED, right[2 * RIGHT_PAIRS] ALIGNED;
+  BEGIN_UNITS
+  for (int top = begin; top < end; top += BLOCK_HEIGHT)
+    for (int column = 0; column < out_width; column += SPAN) {
+      // Rows below the chunk's have no gradient here: those of other chunks are not taken twice.
+      stage_inputs(x, top - pad, column - pad, height, width, reflect, left);
+      stage_gradients(grad, top, column, end, out_width, right);
+      for (int tap = 0; tap < 9; ++tap)
+        for (int i = 0; i < INNER; i += BLOCK_ROWS)
+          for (int j = 0; j < OUTER; j += PANEL) {
+            const int row = 2 * SPAN_OF_X;  // bytes of a channel's columns
+            const Operand a = OPERAND((ulong)(left + (tap / 3 * INNER_PADDED + i) * (SPAN_OF_X / 2)) + 2 * (tap % 3), row,
+                                      4 * LEFT_PAIRS, INNER_PADDED * row, 0);
+            const Operand b = OPERAND(right + j, 4 * OUTER_PADDED, 4 * RIGHT_PAIRS, 2 * SPAN * OUTER_PADDED, 0);
+            product_into(PASS_REGISTERS a, 16 * row, b, PANEL, SPAN / 2, BLOCK_HEIGHT, BLOCK_HEIGHT, PRODUCTS,
+                         sums + ((size_t)tap * INNER + i) * OUTER + j, OUTER, INNER - i, OUTER - j,
+                         top > begin || column > 0);
+          }
+    }
+  END_UNITS
+}
+#endif

@@ -4,20 +4,13 @@
 //     v [36][TILES][INNER]     its 6x6 inputs per tile, transformed, in a buffer of its own
 //     m [36][TILES][COLUMNS]   36 products v[p] . U[p] with the packed weights U [panel][36][INNER][PANEL]
 //     y                        per tile, m transformed to 4x4 pixels, bias and activation
+#include "mirrored.clh"
 #include "tile.clh"
 #include "winograd.clh"
 #ifndef TILES
 #define TILES 24
 #endif
 #define POINTS 36
-#define ALIGNED __attribute__((aligned(128)))
-// Vector v of aligned numbers: vstore16 would become four stores, which stall the next load.
-#define AT(row, v) (((REALV*)(row))[v])
-
-inline int mirrored(int i, int extent) {
-  const int positive = abs(i);
-  return min(positive, 2 * (extent - 1) - positive);
-}
 
 // v[.][tile] of the tile whose first input pixel is (top, left).
 inline void transform_inputs(IN REAL* restrict x, IN REAL* restrict zeros, int height, int width, int top, int left,

@@ -9,6 +9,8 @@
 // HAS_BIAS: 0 none, 1 one bias [N], 2 a bias [G, N] whose row g serves rows / G rows in turn (a per-ray term).
 //
 // The weight gradient is the same tile over rows: acc[k][v] += a[row][k] * b[row][v].
+// linear_forward_bf16 and weight_gradient_bf16 are the same on matrix units (matrix_units.clh).
+#include "matrix_units.clh"
 #include "tile.clh"
 
 #if HAS_BIAS == 2
@@ -22,7 +24,7 @@ KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REA
   const int rows = live_rows(capacity, count);
   const int row = get_global_id(1) * TILE_ROWS, j = get_global_id(0) * COLUMNS;
   if (row >= rows || j >= columns) return;
-  IN REAL* w = packed + (size_t)(j / PANEL) * PANEL * INNER + j % PANEL;
+  IN REAL* w = packed + (size_t)(j / PANEL) * PANEL * PACKED_ROWS(INNER) + j % PANEL;
   REALV acc[TILE_ROWS][TILE_VECTORS];
   FOR_TILE_ROWS FOR_TILE_VECTORS acc[r][v] = (REALV)(0);
   if (rows >= TILE_ROWS) {
@@ -96,3 +98,98 @@ KERNEL void transpose_weight_partials(IN REAL* restrict partial, GLOBAL REAL* re
   const int tap = e / (m * n), within = e % (m * n);
   y[tap * m * n + within % n * m + within / n] = sum;
 }
+
+// y [m, rows] = x [rows, m]; one work-item per row of x.
+KERNEL void transpose(IN REAL* restrict x, GLOBAL REAL* restrict y, int capacity, int m, IN int* count) {
+  const int row = get_global_id(0), rows = live_rows(capacity, count);
+  if (row >= capacity) return;
+  for (int k = 0; k < m; ++k) y[(size_t)k * capacity + row] = row < rows ? x[(size_t)row * m + k] : 0;
+}
+
+#if MATRIX_UNITS
+#ifndef ROWS
+#define ROWS 128
+#endif
+#define PAIRS PAIRS_OF(INNER)
+
+// A work-item takes ROWS rows through `panels` panels.
+KERNEL void linear_forward_bf16(IN float* restrict x, IN uint* restrict packed, IN float* restrict bias,
+                                GLOBAL float* restrict y, int capacity, int columns, int bias_rows, IN int* count,
+                                int panels) {
+  const int rows = live_rows(capacity, count), first = get_global_id(0) * ROWS, live = min(ROWS, rows - first);
+  const int begin = get_global_id(1) * panels * PANEL;
+  if (live <= 0 || begin >= columns) return;
+  uint a[2 * ROWS * PAIRS] ALIGNED;
+  float c[BLOCK_ROWS * PANEL] ALIGNED;
+  BEGIN_UNITS
+  stage_rows(x + (size_t)first * INNER, INNER, INNER, live, a, PAIRS, ROWS * PAIRS, PRODUCTS);
+  for (int j = begin; j < min(columns, begin + panels * PANEL); j += PANEL) {
+    const Operand w = OPERAND(packed + (size_t)j * 2 * PAIRS, 4 * PANEL, 4 * PAIRS * PANEL, 0, 0);
+    for (int block = 0; block < live; block += BLOCK_ROWS) {
+      const Operand from = OPERAND(a + block * PAIRS, 4 * PAIRS, 4 * ROWS * PAIRS, 0, 0);
+      product(PASS_REGISTERS from, 64 * PAIRS, w, PANEL, PAIRS, 1, 1, PRODUCTS, c, PANEL, 0);
+      for (int r = 0; r < min(BLOCK_ROWS, live - block); ++r) {
+        const int row = first + block + r;
+        float16 acc[TILE_VECTORS];
+        FOR_TILE_VECTORS acc[v] = FLOATS(c + r * PANEL + 16 * v);
+        store_activated(acc, BIAS_OF(row) + j, y + (size_t)row * columns + j, columns - j);
+      }
+    }
+  }
+  END_UNITS
+}
+
+#ifndef OUTER
+#define OUTER 32
+#endif
+#define INNER_PADDED ((INNER + BLOCK_ROWS - 1) / BLOCK_ROWS * BLOCK_ROWS)
+#define OUTER_PADDED ((OUTER + PANEL - 1) / PANEL * PANEL)
+
+// ROWS rows of a and b, whose `live` first exist, as the operands of a^T b.
+INLINE void stage_outer(IN float* a, IN float* b, int live, uint* left, uint* right) {
+  for (int row = 0; row < ROWS; row += 32) {
+    for (int i = 0; i < INNER; i += 16) {
+      float16 rows[32];
+      for (int r = 0; r < 32; ++r) {
+        IN float* source = a + (size_t)(row + r) * INNER;
+        rows[r] = row + r >= live ? (float16)(0) : i + 16 <= INNER ? vload16(0, source + i) : sixteen_partial(source, i, INNER);
+      }
+      stage_transposed(rows, left + i * (ROWS / 2) + row / 2, ROWS / 2, INNER_PADDED * (ROWS / 2), PRODUCTS);
+    }
+    for (int r = row; r < row + 32; r += 2)
+      for (int j = 0; j < OUTER_PADDED; j += 16) {
+        float16 x[2];
+        uint16 hi, lo;
+        for (int k = 0; k < 2; ++k) {
+          IN float* source = b + (size_t)(r + k) * OUTER;
+          x[k] = r + k >= live ? (float16)(0) : j + 16 <= OUTER ? vload16(0, source + j) : sixteen_partial(source, j, OUTER);
+        }
+        split_pairs(x[0], x[1], &hi, &lo);
+        *(uint16*)(right + r / 2 * OUTER_PADDED + j) = hi;
+        *(uint16*)(right + (ROWS + r) / 2 * OUTER_PADDED + j) = lo;
+      }
+  }
+}
+
+// partial [chunks, INNER, OUTER] of a^T b; one work-item per chunk of rows.
+KERNEL void weight_gradient_bf16(IN float* restrict a, IN float* restrict b, GLOBAL float* restrict partial, int capacity,
+                                 int chunk_rows, IN int* count) {
+  const int chunk = get_global_id(0), begin = chunk * chunk_rows;
+  const int end = min(begin + chunk_rows, live_rows(capacity, count));
+  if (begin >= capacity) return;
+  GLOBAL float* sums = partial + (size_t)chunk * INNER * OUTER;
+  if (begin >= end)
+    for (int i = 0; i < INNER * OUTER; ++i) sums[i] = 0;
+  uint left[INNER_PADDED * ROWS] ALIGNED, right[OUTER_PADDED * ROWS] ALIGNED;
+  BEGIN_UNITS
+  for (int first = begin; first < end; first += ROWS) {
+    stage_outer(a + (size_t)first * INNER, b + (size_t)first * OUTER, end - first, left, right);
+    for (int i = 0; i < INNER; i += BLOCK_ROWS)
+      for (int j = 0; j < OUTER; j += PANEL)
+        product_into(PASS_REGISTERS OPERAND(left + i * (ROWS / 2), 2 * ROWS, 2 * INNER_PADDED * ROWS, 0, 0), 32 * ROWS,
+                     OPERAND(right + j, 4 * OUTER_PADDED, 2 * ROWS * OUTER_PADDED, 0, 0), PANEL, ROWS / 2, 1, 1, PRODUCTS,
+                     sums + (size_t)i * OUTER + j, OUTER, INNER - i, OUTER - j, first > begin);
+  }
+  END_UNITS
+}
+#endif

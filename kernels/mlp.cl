@@ -9,7 +9,7 @@
 //
 // LAYERS lists LAYER(index, inputs, outputs, panel of the packed weights); REVERSED lists the same from the last one.
 // The packed weights of the gradient are transposed.
-#include "common.clh"
+#include "matrix_units.clh"
 #ifndef LAYERS
 #define LAYERS LAYER(0, 48, 128, 64) LAYER(1, 128, 32, 32)
 #define REVERSED LAYER(1, 128, 32, 64) LAYER(0, 48, 128, 48)
@@ -32,15 +32,18 @@
 #ifndef LAYER_GRADIENT
 #define LAYER_GRADIENT 1
 #endif
-// Constants must reach the loops; and a function that is not inlined does not exist.
-#define INLINE __attribute__((always_inline)) inline
 // Columns of a row in a buffer: whole panels, whose width is that of panel_width() on the host.
 #define BLOCKS(n) (((n) + 15) / 16)
 #define PADDED(n) (BLOCKS(n) > 4 && BLOCKS(n) % 4 && BLOCKS(n) % 3 ? ((n) + 63) / 64 * 64 : BLOCKS(n) * 16)
 
+#if !MATRIX_UNITS
+#define BEGIN_UNITS
+#define END_UNITS
+#define REGISTERS
+#define PASS_REGISTERS
+#endif
 #if GPU_FORM
 #define BUFFER __local
-#define ALIGNED
 #define BLOCK get_group_id(0)
 #define EACH(i, count) for (int i = get_local_id(0); i < (count); i += get_local_size(0))
 #define EACH_ELEMENT(row, c, rows, width)                                                                     \
@@ -48,7 +51,6 @@
 #define SYNC barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
 #else
 #define BUFFER
-#define ALIGNED __attribute__((aligned(128)))
 #define BLOCK get_global_id(0)
 #define EACH(i, count) for (int i = 0; i < (count); ++i)
 #define EACH_ELEMENT(row, c, rows, width) EACH(row, rows) EACH(c, width)
@@ -77,7 +79,7 @@ INLINE void multiply(const BUFFER REAL* x, int stride, int inputs, IN REAL* pack
                      int outputs, int relu, BUFFER REAL* y) {
   EACH(i, ROWS * PADDED(outputs)) {
     const int row = i / PADDED(outputs), c = i % PADDED(outputs);
-    IN REAL* w = packed + (size_t)(c / panel) * panel * inputs + c % panel;
+    IN REAL* w = packed + (size_t)(c / panel) * panel * PACKED_ROWS(inputs) + c % panel;
     REAL sum = bias && c < outputs ? bias[c] : 0;
     for (int k = 0; k < inputs; ++k) sum += x[row * stride + k] * w[(size_t)k * panel];
     y[i] = relu ? fmax(sum, (REAL)0) : sum;
@@ -115,9 +117,6 @@ INLINE void store_columns(REALV x, GLOBAL REAL* row, int v, int left) {
     for (int i = v * VW; i < left; ++i) row[i] = values[i - v * VW];
   }
 }
-
-// Vector v of a row of a buffer, which is aligned: vstore16 would become four stores, which stall the next load.
-#define AT(row, v) (((REALV*)(row))[v])
 
 // Register tiles of R rows and V vectors, which divide ROWS and panels of V vectors.
 #define DEFINE_TILES(R, V)                                                                                         \
@@ -171,18 +170,78 @@ DEFINE_TILES(6, 4)
   (panel) == VW ? function##_1(__VA_ARGS__) : (panel) == 2 * VW ? function##_2(__VA_ARGS__)                  \
                                             : (panel) == 3 * VW ? function##_3(__VA_ARGS__) : function##_4(__VA_ARGS__)
 
-INLINE void multiply(const REAL* x, int stride, int inputs, IN REAL* packed, int panel, IN REAL* bias, int outputs,
-                     int relu, REAL* y) {
+// Fewer than 16 inputs do not pay on matrix units; their weights are packed as for fp32.
+#define FEWEST_CHANNELS 16
+#if MATRIX_UNITS
+#define WIDEST_PAIRS PAIRS_OF(WIDEST)
+
+INLINE void multiply_bf16(REGISTERS const float* x, int stride, int inputs, IN uint* packed, int panel, IN float* bias,
+                          int outputs, int relu, float* y) {
+  const int pairs = PAIRS_OF(inputs), y_stride = PADDED(outputs);
+  uint staged[2 * ROWS * WIDEST_PAIRS] ALIGNED;
+  stage_buffer(x, stride, inputs, ROWS, staged, pairs, ROWS * pairs, PRODUCTS);
   for (int j = 0; j < outputs; j += panel)
-    BY_PANEL(panel, multiply, x, stride, inputs, packed + (size_t)j * inputs, bias ? bias + j : bias, outputs - j, relu,
+    for (int block = 0; block < ROWS; block += BLOCK_ROWS)
+      product(PASS_REGISTERS OPERAND(staged + block * pairs, 4 * pairs, 4 * ROWS * pairs, 0, 0), 64 * pairs,
+              OPERAND(packed + j * 2 * pairs, 4 * panel, 4 * pairs * panel, 0, 0), panel, pairs, 1, 1, PRODUCTS,
+              y + block * y_stride + j, y_stride, 0);
+  for (int v = 0; v < y_stride / 16; ++v) {
+    const float16 b = bias ? load_columns(bias, v, outputs) : (float16)(0);
+    for (int row = 0; row < ROWS; ++row) {
+      const float16 sum = AT(y + row * y_stride, v) + b;
+      AT(y + row * y_stride, v) = relu ? fmax(sum, (float16)(0)) : sum;
+    }
+  }
+}
+
+INLINE void add_products_bf16(REGISTERS const float* x, int stride, int inputs, const float* d, int outputs,
+                              GLOBAL float* weights) {
+  const int d_stride = PADDED(outputs), panel = d_stride % 64 == 0 ? 64 : d_stride % 48 == 0 ? 48 : d_stride;
+  uint left[2 * (WIDEST + 16) * (ROWS / 2)] ALIGNED, right[2 * WIDEST * (ROWS / 2)] ALIGNED;
+  const int left_rest = (WIDEST + 16) * (ROWS / 2), right_rest = WIDEST * (ROWS / 2);
+  for (int row = 0; row < ROWS; row += 32)
+    for (int i = 0; i < inputs; i += 16) {
+      float16 rows[32];
+      for (int r = 0; r < 32; ++r) rows[r] = AT(x + (row + r) * stride + i, 0);
+      stage_transposed(rows, left + i * (ROWS / 2) + row / 2, ROWS / 2, left_rest, PRODUCTS);
+    }
+  for (int row = 0; row < ROWS; row += 2)
+    for (int j = 0; j < d_stride; j += 16) {
+      uint16 hi, lo;
+      split_pairs(AT(d + row * d_stride + j, 0), AT(d + (row + 1) * d_stride + j, 0), &hi, &lo);
+      *(uint16*)(right + row / 2 * d_stride + j) = hi;
+      *(uint16*)(right + right_rest + row / 2 * d_stride + j) = lo;
+    }
+  for (int i = 0; i < inputs; i += BLOCK_ROWS)
+    for (int j = 0; j < outputs; j += panel)
+      product_into(PASS_REGISTERS OPERAND(left + i * (ROWS / 2), 2 * ROWS, 4 * left_rest, 0, 0), 32 * ROWS,
+                   OPERAND(right + j, 4 * d_stride, 4 * right_rest, 0, 0), panel, ROWS / 2, 1, 1, PRODUCTS,
+                   weights + (size_t)i * outputs + j, outputs, inputs - i, outputs - j, 1);
+}
+#endif
+
+INLINE void multiply(REGISTERS const REAL* x, int stride, int inputs, IN REAL* packed, int panel, IN REAL* bias,
+                     int outputs, int relu, REAL* y) {
+#if MATRIX_UNITS
+  if (inputs >= FEWEST_CHANNELS) {
+    multiply_bf16(PASS_REGISTERS x, stride, inputs, (IN uint*)packed, panel, bias, outputs, relu, y);
+    return;
+  }
+#endif
+  for (int j = 0; j < outputs; j += panel)
+    BY_PANEL(panel, multiply, x, stride, inputs, packed + (size_t)j * PACKED_ROWS(inputs), bias ? bias + j : bias, outputs - j, relu,
              y + j, PADDED(outputs));
 }
 
-INLINE void add_products(const REAL* x, int stride, int inputs, const REAL* d, int outputs, GLOBAL REAL* weights,
-                         GLOBAL REAL* biases) {
+INLINE void add_products(REGISTERS const REAL* x, int stride, int inputs, const REAL* d, int outputs,
+                         GLOBAL REAL* weights, GLOBAL REAL* biases) {
+  const int on_units = MATRIX_UNITS && min(inputs, outputs) >= FEWEST_CHANNELS;
+#if MATRIX_UNITS
+  if (on_units) add_products_bf16(PASS_REGISTERS x, stride, inputs, d, outputs, weights);
+#endif
   const int count = PADDED(outputs) / VW, vectors = count % 4 == 0 ? 4 : count % 3 == 0 ? 3 : count % 2 == 0 ? 2 : 1;
   for (int j = 0; j < outputs; j += vectors * VW) {
-    BY_PANEL(vectors * VW, add_products, x, stride, inputs, d + j, PADDED(outputs), weights + j, outputs, outputs - j);
+    if (!on_units) BY_PANEL(vectors * VW, add_products, x, stride, inputs, d + j, PADDED(outputs), weights + j, outputs, outputs - j);
     for (int v = 0; v < vectors; ++v) {
       REALV sum = load_columns(biases + j, v, outputs - j);
       for (int row = 0; row < ROWS; ++row) sum += AT(d + j + row * PADDED(outputs), v);
@@ -199,19 +258,21 @@ KERNEL void mlp(IN REAL* restrict x, int capacity, IN int* count LAYERS) {
   const int rows = live_rows(capacity, count), first = BLOCK * ROWS, live = min(ROWS, rows - first);
   if (live <= 0) return;
   BUFFER REAL a[ROWS * WIDEST] ALIGNED, b[ROWS * WIDEST] ALIGNED;
+  BEGIN_UNITS
   load_rows(x + (size_t)first * FIRST_WIDTH, FIRST_WIDTH, live, a, PADDED(FIRST_WIDTH));
   SYNC;
 #define LAYER(l, inputs, outputs, panel)                                                                            \
   {                                                                                                                 \
     BUFFER REAL* from = l % 2 ? b : a;                                                                              \
     BUFFER REAL* to = l % 2 ? a : b;                                                                                \
-    multiply(from, PADDED(inputs), inputs, packed##l, panel, bias##l, outputs, l < LAST || OUTPUT_RELU, to);        \
+    multiply(PASS_REGISTERS from, PADDED(inputs), inputs, packed##l, panel, bias##l, outputs, l < LAST || OUTPUT_RELU, to);        \
     SYNC;                                                                                                           \
     if (y##l) store_rows(to, PADDED(outputs), live, y##l + (size_t)first * outputs, outputs);                       \
     SYNC;                                                                                                           \
   }
   LAYERS
 #undef LAYER
+  END_UNITS
 }
 
 // x of layer l is in##l, its partial sums are weights##l and biases##l, [chunks] of each.
@@ -231,6 +292,7 @@ KERNEL void mlp_gradient(IN REAL* restrict y, IN REAL* restrict grad_y, GLOBAL R
   EACH(i, LAYER_GRADIENT * (outputs)) b##l[i] = 0;
   LAYERS
 #undef LAYER
+  BEGIN_UNITS
   for (int first = begin; first < end; first += ROWS) {
     const int live = min(ROWS, end - first);
     load_rows(grad_y + (size_t)first * LAST_WIDTH, LAST_WIDTH, live, (LAST % 2 ? b : a), PADDED(LAST_WIDTH));
@@ -247,10 +309,10 @@ KERNEL void mlp_gradient(IN REAL* restrict y, IN REAL* restrict grad_y, GLOBAL R
     if (LAYER_GRADIENT) {                                                                                \
       load_rows(in, inputs, live, x, PADDED(inputs));                                                    \
       SYNC;                                                                                              \
-      add_products(x, PADDED(inputs), inputs, d, outputs, w##l, b##l);                                   \
+      add_products(PASS_REGISTERS x, PADDED(inputs), inputs, d, outputs, w##l, b##l);                                   \
     }                                                                                                    \
     SYNC;                                                                                                \
-    if (l > 0 || SAMPLE_GRADIENT) multiply(d, PADDED(outputs), outputs, packed##l, panel, 0, inputs, 0, before); \
+    if (l > 0 || SAMPLE_GRADIENT) multiply(PASS_REGISTERS d, PADDED(outputs), outputs, packed##l, panel, 0, inputs, 0, before); \
     SYNC;                                                                                                \
     if (l > 0) mask_rows(before, PADDED(inputs), in, inputs, live);                                      \
     SYNC;                                                                                                \
@@ -262,4 +324,5 @@ KERNEL void mlp_gradient(IN REAL* restrict y, IN REAL* restrict grad_y, GLOBAL R
     SYNC;
 #endif
   }
+  END_UNITS
 }

@@ -11,7 +11,7 @@ using namespace vivant;
 
 namespace {
 
-Device device_of_class(const std::string& name) { return Device(DeviceOptions{"", name, false}); }
+Device device_of_class(const std::string& name) { return Device(DeviceOptions{"", name, false, ""}); }
 
 void run(Device& device, const Command& command) {
   device.launch(command.kernel, command.name, command.global, command.local);

@@ -37,6 +37,11 @@ void add_global_options(CLI::App& app, vivant::app::Globals& globals) {
   app.add_option("--device-class", globals.device.device_class, "force this form of the kernels")
       ->check(CLI::IsMember({"cpu", "gpu"}))
       ->type_name("cpu|gpu");
+  app.add_option("--math", globals.device.math,
+                 "arithmetic of matrix products: fp32, bf16x3 (as exact, faster on AMX) or bf16; else "
+                 "$VIVANT_MATH, else bf16x3 where the processor has AMX, else fp32")
+      ->check(CLI::IsMember({"fp32", "bf16x3", "bf16"}))
+      ->type_name("fp32|bf16x3|bf16");
   app.add_option_function<std::string>(
          "--progress",
          [&globals](const std::string& name) { globals.progress = vivant::progress_mode_from(name); },

@@ -16,6 +16,9 @@ Launch::Call Launch::kernel(const std::string& file, const std::string& function
   std::string options = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable -cl-no-signed-zeros";
   options += precision_ == Precision::single ? " -DREAL=float" : " -DREAL=double -DREAL_IS_DOUBLE";
   options += fmt::format(" -DVW={} -DGPU_FORM={}", vector_width(), gpu() ? 1 : 0);
+  if (bf16())
+    options += fmt::format(" -DMATRIX_UNITS={} -DPRODUCTS={}", static_cast<int>(device_.matrix_units()),
+                           device_.math() == Math::bf16 ? 1 : 3);
   for (const auto& [name, value] : defines)
     options += std::visit([&, &key = name](const auto& v) { return fmt::format(" -D{}={}", key, v); }, value);
   return Call(*this, device_.kernel(file, function, options), function);

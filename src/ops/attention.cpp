@@ -13,9 +13,14 @@ constexpr std::int64_t panel = 64;
 
 /// A register tile and how many of them one work-item owns, one below the other.
 struct RowTiles {
-  explicit RowTiles(const Launch& launch) : group(launch.gpu() ? 64 : 1) {
-    const Tile tile = choose_tile(launch, TiledKernel::attention, panel);
-    defines = {{"TILE_ROWS", tile.rows}, {"TILE_VECTORS", tile.vectors}, {"TILE_GROUPS", tile.groups}};
+  RowTiles(const Launch& launch, const Shape& k, const Shape& values) : group(launch.gpu() ? 64 : 1) {
+    // Matrix units take 32 rows at a time.
+    const Tile tile = launch.bf16() ? Tile{4, 4, 16} : choose_tile(launch, TiledKernel::attention, panel);
+    defines = {{"INNER_CHANNELS", k.channels()},
+               {"OUTER_CHANNELS", values.channels()},
+               {"TILE_ROWS", tile.rows},
+               {"TILE_VECTORS", tile.vectors},
+               {"TILE_GROUPS", tile.groups}};
     rows = tile.rows * tile.groups;
   }
   Launch::Call kernel(Launch& launch, const char* function) const {
@@ -45,12 +50,12 @@ struct QueryGradient final : Op {
   TensorTypes infer(const TensorTypes& in) const override { return {in[q]}; }
   bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
-    const RowTiles tiles(launch);
+    const RowTiles tiles(launch, launch.in(k).shape(), launch.in(values).shape());
     auto call = tiles.kernel(launch, "attend_query_gradient");
     call.args(launch.in(q), launch.in(grad), launch.in(operands), launch.in(operands + 1),
               launch.in(operands + 2), launch.in(bias), launch.in(normaliser), launch.in(delta), launch.out(),
-              launch.in(q).rows(), launch.in(k).rows(), launch.in(k).channels(), launch.in(values).channels(),
-              options.scale, options.cosine ? 1 : 0, launch.count_of(launch.in(k)));
+              launch.in(q).rows(), launch.in(k).rows(), options.scale, options.cosine ? 1 : 0,
+              launch.count_of(launch.in(k)));
     tiles.run(call, launch.in(q).rows());
   }
   double flops(const TensorTypes& in, const TensorTypes&) const override {
@@ -67,15 +72,14 @@ struct KeyGradient final : Op {
   }
   bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
-    const RowTiles tiles(launch);
+    const RowTiles tiles(launch, launch.in(k).shape(), launch.in(values).shape());
     if (launch.count_of(launch.in(k)))  // for keys that are not live
       for (int i : {1, 2}) launch.zero(launch.out(i));
     auto call = tiles.kernel(launch, "attend_key_gradient");
     call.args(launch.in(k), launch.in(values), launch.in(operands), launch.in(operands + 1),
               launch.in(operands + 2), launch.in(operands + 3), launch.in(bias), launch.in(normaliser),
               launch.in(delta), launch.out(0), launch.out(1), launch.out(2), launch.in(q).rows(),
-              launch.in(k).rows(), launch.in(k).channels(), launch.in(values).channels(), options.scale,
-              options.cosine ? 1 : 0, launch.count_of(launch.in(k)));
+              launch.in(k).rows(), options.scale, options.cosine ? 1 : 0, launch.count_of(launch.in(k)));
     tiles.run(call, launch.in(k).rows());
   }
   double flops(const TensorTypes& in, const TensorTypes&) const override {
@@ -105,11 +109,11 @@ struct Attend final : Op {
   }
   bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
-    const RowTiles tiles(launch);
+    const RowTiles tiles(launch, launch.in(k).shape(), launch.in(values).shape());
     auto call = tiles.kernel(launch, "attend");
     call.args(launch.in(q), launch.in(4), launch.in(5), launch.in(bias), launch.out(0), launch.out(1),
-              launch.in(q).rows(), launch.in(k).rows(), launch.in(k).channels(), launch.in(values).channels(),
-              options.scale, options.cosine ? 1 : 0, launch.count_of(launch.in(k)));
+              launch.in(q).rows(), launch.in(k).rows(), options.scale, options.cosine ? 1 : 0,
+              launch.count_of(launch.in(k)));
     tiles.run(call, launch.in(q).rows());
   }
   Values gradient(const GradientRequest& request) const override {

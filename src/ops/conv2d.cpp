@@ -23,6 +23,18 @@ void check_window(std::string_view name, const Shape& x, int pad, bool reflect) 
     fail("[{}] x {} is too small to be mirrored at its border", name, x.text());
 }
 
+struct PixelBlock {
+  std::int64_t width, height;
+};
+
+/// Output pixels that one work-item computes on matrix units: 16 or 32 next to each other, and as many rows
+/// of them as leave the staged inputs in the second cache.
+PixelBlock pixel_block(std::int64_t channels, std::int64_t out_width) {
+  const std::int64_t over = out_width % 32, width = over > 0 && over <= 16 && out_width < 64 ? 16 : 32;
+  const std::int64_t staged = (1 << 16) / (packed_rows(channels) * (width + 2)) - 2;
+  return {width, std::clamp<std::int64_t>(staged / 2 * 2, width == 16 ? 2 : 1, 8)};
+}
+
 /// Inputs: x, w (for its shape and its gradient), b or absent, packed weights (what the kernel reads). `pad`
 /// pixels are added on each side. With `transposed` it is the data gradient of the convolution by w.
 struct Conv2d final : Op {
@@ -53,7 +65,24 @@ struct Conv2d final : Op {
   void launch(Launch& launch) const override {
     // Winograd's last tiles reach beyond the image whatever the padding is.
     if (winograd || (pad > 0 && !reflect)) launch.zero(launch.workspace());
-    winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);
+    if (suits_bf16(launch, launch.in(0).channels()) && (launch.tiles() || !winograd))
+      launch_bf16(launch);
+    else
+      winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);
+  }
+  void launch_bf16(Launch& launch) const {
+    const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
+    const std::int64_t panel = packed.channels(), panels = packed[0];
+    const PixelBlock block = pixel_block(x.channels(), y[1]);
+    const std::size_t blocks = tiles(y[0], block.height) * tiles(y[1], block.width);
+    const bool few = blocks < 16;
+    Defines macros = defines(launch, {1, panel / 16});
+    macros.emplace_back("BLOCK_WIDTH", block.width);
+    macros.emplace_back("BLOCK_HEIGHT", block.height);
+    launch.kernel("conv2d.cl", "conv2d_forward_bf16", macros)
+        .args(x, packed, launch.in(2), y, x[0], x[1], y[0], y[1], y.channels(), pad, reflect ? 1 : 0,
+              few ? 1 : panels)
+        .run({blocks, few ? static_cast<std::size_t>(panels) : 1, 1}, {1, 1, 1});
   }
   void launch_winograd(Launch& launch) const {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();

@@ -54,8 +54,30 @@ struct Conv2dWeightGradient final : Op {
     return {{DType::real, {std::max(rows, tiles), x[2] * grad[2]}}, {DType::real, {std::max(x[2], grad[2])}}};
   }
   void launch(Launch& launch) const override {
-    winograd(launch.in(0).shape(), launch.in(1).shape()) && !launch.gpu() ? launch_winograd(launch)
-                                                                          : launch_taps(launch);
+    if (launch.bf16() && std::min(launch.in(0)[2], launch.in(1)[2]) >= least_bf16_channels)
+      launch_bf16(launch);
+    else
+      winograd(launch.in(0).shape(), launch.in(1).shape()) && !launch.gpu() ? launch_winograd(launch)
+                                                                            : launch_taps(launch);
+  }
+  void launch_bf16(Launch& launch) const {
+    const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace(0);
+    const std::int64_t chunk = chunk_rows(x.shape(), grad.shape()), panel = panel_width(grad[2]);
+    const std::int64_t span = std::min<std::int64_t>(128, (grad[1] + 31) / 32 * 32);
+    const std::int64_t staged_rows = (1 << 17) / (x[2] * (span + 32) + grad[2] * span);
+    launch
+        .kernel("conv2d.cl", "conv2d_weight_gradient_bf16",
+                {{"INNER", x[2]},
+                 {"OUTER", grad[2]},
+                 {"PANEL", panel},
+                 {"TILE_VECTORS", panel / 16},
+                 {"SPAN", span},
+                 {"BLOCK_HEIGHT",
+                  std::clamp<std::int64_t>(staged_rows - 1, 1, std::min<std::int64_t>(8, chunk))}})
+        .args(x, grad, partial, x[0], x[1], grad[0], grad[1], pad, reflect ? 1 : 0, chunk)
+        .run({static_cast<std::size_t>(chunks_of_rows(x.shape(), grad.shape())), 1, 1}, {1, 1, 1});
+    sum_weight_partials(launch, partial, launch.out(), chunks_of_rows(x.shape(), grad.shape()), taps, x[2],
+                        grad[2], false);
   }
   void launch_winograd(Launch& launch) const {
     const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace(0),

@@ -9,6 +9,27 @@
 namespace vivant {
 namespace {
 
+/// y [rows, N] = f(x [rows, K] . W + b) on matrix units, W packed by pack_bf16. `bias_kind` is HAS_BIAS of
+/// the kernel.
+void launch_bf16_product(Launch& launch, const Tensor& x, const Tensor& packed, const Tensor& bias,
+                         const Tensor& y, int bias_kind, int activation) {
+  const std::int64_t inner = x.channels(), panel = packed.channels(), panels = tiles(y.channels(), panel);
+  const std::int64_t block = std::clamp<std::int64_t>((1 << 16) / packed_rows(inner) / 32 * 32, 32, 128);
+  const std::size_t blocks = tiles(x.rows(), block);
+  const bool few = blocks < 16;
+  launch
+      .kernel("linear.cl", "linear_forward_bf16",
+              {{"INNER", inner},
+               {"PANEL", panel},
+               {"TILE_VECTORS", panel / 16},
+               {"ROWS", block},
+               {"HAS_BIAS", bias_kind},
+               {"ACTIVATION", activation}})
+      .args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1, launch.count_of(x),
+            few ? 1 : panels)
+      .run({blocks, few ? static_cast<std::size_t>(panels) : 1, 1}, {1, 1, 1});
+}
+
 /// Inputs: x, w (for its shape and its gradient), b or absent, packed weights (what the kernel reads).
 struct Linear final : Op {
   Linear(Activation activation, bool transposed) : activation(activation), transposed(transposed) {}
@@ -29,6 +50,9 @@ struct Linear final : Op {
   void launch(Launch& launch) const override {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
     const Tensor& bias = launch.in(2);
+    const int bias_kind = !bias ? 0 : bias.rows() == 1 ? 1 : 2;
+    if (suits_bf16(launch, x.channels()))
+      return launch_bf16_product(launch, x, packed, bias, y, bias_kind, static_cast<int>(activation));
     const std::int64_t panel = packed.channels();
     const Tile tile = choose_tile(launch, TiledKernel::linear, panel);
     launch
@@ -37,9 +61,7 @@ struct Linear final : Op {
                  {"PANEL", panel},
                  {"TILE_ROWS", tile.rows},
                  {"TILE_VECTORS", tile.vectors},
-                 {"HAS_BIAS", !bias              ? 0
-                              : bias.rows() == 1 ? 1
-                                                 : 2},
+                 {"HAS_BIAS", bias_kind},
                  {"ACTIVATION", static_cast<int>(activation)}})
         .args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1,
               launch.count_of(x))
@@ -92,7 +114,7 @@ struct OuterSum final : Op {
     if (packs(a, b)) {
       const std::int64_t rows = a.rows(), panel = panel_width(b.channels()), most_tile_rows = 14;
       return {{DType::real, {rows, a.channels() + most_tile_rows}},
-              {DType::real, {(b.channels() + panel - 1) / panel, rows, panel}}};
+              {DType::real, {(b.channels() + panel - 1) / panel, packed_rows(rows), panel}}};
     }
     const std::int64_t chunks = (a.rows() + chunk_rows(a, b) - 1) / chunk_rows(a, b);
     return {{DType::real, {chunks, a.channels(), b.channels()}}};
@@ -116,9 +138,36 @@ struct OuterSum final : Op {
         .run({tiles(m, tile.rows), tiles(n, tile.vectors * launch.vector_width()), 1},
              launch.gpu() ? std::array<std::size_t, 3>{8, 8, 1} : std::array<std::size_t, 3>{1, 1, 1});
   }
+  static bool on_units(const Launch& launch) {
+    return launch.bf16() && std::min(launch.in(0).channels(), launch.in(1).channels()) >= 16;
+  }
+  /// The transposed x times y, packed like weights.
+  void launch_packed_bf16(Launch& launch) const {
+    const Tensor &x = launch.in(0), &y = launch.in(1), &packed = launch.workspace(1);
+    Tensor transposed = launch.workspace(0);
+    transposed.type.shape = {x.channels(), x.rows()};
+    launch.kernel("linear.cl", "transpose")
+        .args(x, transposed, x.rows(), x.channels(), launch.count_of(x))
+        .run({static_cast<std::size_t>(x.rows()), 1, 1}, {16, 1, 1});
+    pack_bf16(launch, y, packed, false, 1, x.rows(), y.channels());
+    launch_bf16_product(launch, transposed, packed, {}, launch.out(), 0, 0);
+  }
+  void launch_chunks_bf16(Launch& launch) const {
+    const Tensor &x = launch.in(0), &y = launch.in(1), &partial = launch.workspace();
+    const std::int64_t m = x.channels(), n = y.channels(), panel = panel_width(n);
+    const std::int64_t rows = std::clamp<std::int64_t>((1 << 16) / (m + n) / 32 * 32, 32, 256);
+    launch
+        .kernel("linear.cl", "weight_gradient_bf16",
+                {{"INNER", m}, {"OUTER", n}, {"PANEL", panel}, {"TILE_VECTORS", panel / 16}, {"ROWS", rows}})
+        .args(x, y, partial, x.rows(), chunk_rows(x.shape(), y.shape()), launch.count_of(x))
+        .run({static_cast<std::size_t>(partial[0]), 1, 1}, {1, 1, 1});
+    sum_weight_partials(launch, partial, launch.out(), partial[0], 1, m, n, false);
+  }
   void launch(Launch& launch) const override {
     const Tensor &x = launch.in(0), &y = launch.in(1);
-    if (packs(x.shape(), y.shape())) return launch_packed(launch);
+    const bool packed = packs(x.shape(), y.shape());
+    if (on_units(launch)) return packed ? launch_packed_bf16(launch) : launch_chunks_bf16(launch);
+    if (packed) return launch_packed(launch);
     const bool swap = vectors_suit_first(x.channels(), y.channels());
     const Tensor &a = swap ? y : x, &b = swap ? x : y;
     const std::int64_t m = a.channels(), n = b.channels(), chunk = chunk_rows(x.shape(), y.shape());

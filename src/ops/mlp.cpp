@@ -49,8 +49,9 @@ struct Chain {
 };
 
 /// Rows that go through the layers together: register tiles divide those of CPUs, those of GPUs fit into
-/// local memory.
+/// local memory. Matrix units take 32 at a time.
 std::int64_t block_rows(const Launch& launch, const Chain& chain, std::int64_t on_cpu) {
+  if (launch.bf16()) return 96;
   return launch.gpu() ? std::max<std::int64_t>(1, 1024 / chain.widest()) : on_cpu;
 }
 

@@ -20,15 +20,16 @@ struct PackWeights final : Op {
     if (in[0].shape.rank() < 2) fail("[pack_weights] weights {} are no matrix", in[0].shape.text());
     const Extents e = extents(in[0].shape);
     const std::int64_t width = panel > 0 ? panel : panel_width(e.n);
-    return {{DType::real, {(e.n + width - 1) / width, e.taps * e.k, width}}};
+    return {{DType::real, {(e.n + width - 1) / width, e.taps * packed_rows(e.k), width}}};
   }
   bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const Extents e = extents(w.shape());
+    if (suits_bf16(launch, e.k)) return pack_bf16(launch, w, packed, transposed, e.taps, e.k, e.n);
     launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
         .args(w, packed, e.taps, e.k, e.n, packed.channels(), packed[1], launch.count_of(w))
-        .run({static_cast<std::size_t>(e.taps * e.k), static_cast<std::size_t>(packed[0]), 1}, {16, 1, 1});
+        .run({static_cast<std::size_t>(packed[1]), static_cast<std::size_t>(packed[0]), 1}, {16, 1, 1});
   }
   const bool transposed;
   const std::int64_t panel;
@@ -38,7 +39,7 @@ const RegisterOp register_pack_weights({
     .name = "pack_weights",
     .summary = "weights in panels of columns, the layout that the matrix kernels read",
     .inputs = {{"w", "[taps..., K, N]"}},
-    .outputs = {{"packed", "[panels, taps * K, panel columns]"}},
+    .outputs = {{"packed", "[panels, taps * padded K, panel columns]"}},
     .attributes = {{"transposed", false,
                     "the weights of the data gradient: K and N change places, taps reverse"},
                    {"panel", 0, "columns of a panel; 0: chosen by the number of columns"}},
@@ -52,6 +53,14 @@ std::string memo_name(bool transposed, std::int64_t panel) {
 }
 
 }  // namespace
+
+void pack_bf16(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,
+               std::int64_t k, std::int64_t n) {
+  const std::int64_t panel = packed.channels();
+  launch.kernel("pack_weights.cl", "pack_weights_bf16", {{"TRANSPOSED", transposed ? 1 : 0}})
+      .args(w, packed, taps, k, n, panel, launch.count_of(w))
+      .run({static_cast<std::size_t>(taps * packed_rows(k) / 2), tiles(n, panel), 1}, {16, 1, 1});
+}
 
 Value pack_weights(Value w, bool transposed, std::int64_t panel) {
   return w.graph->memoised(w, memo_name(transposed, panel),

@@ -20,14 +20,16 @@ struct PackWinograd final : Op {
     const std::int64_t k = w[transposed ? 3 : 2], n = w[transposed ? 2 : 3], panel = panel_width(n);
     return {{DType::real, {(n + panel - 1) / panel, points * k, panel}}};
   }
-  /// On GPUs the plain panels of pack_weights, in the first rows: conv2d's form there takes the taps one by
-  /// one.
+  /// On GPUs and for the tiles of matrix units the panels of pack_weights, in the first rows: conv2d's form
+  /// there takes the taps one by one.
   void launch(Launch& launch) const override {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const std::int64_t k = w[transposed ? 3 : 2], n = w[transposed ? 2 : 3];
     const auto panels = static_cast<std::size_t>(packed[0]);
     const Defines defines = {{"TRANSPOSED", transposed ? 1 : 0}};
-    if (launch.gpu())
+    if (launch.tiles())
+      pack_bf16(launch, w, packed, transposed, 9, k, n);
+    else if (launch.gpu())
       launch.kernel("pack_weights.cl", "pack_weights", defines)
           .args(w, packed, 9, k, n, packed.channels(), packed[1], Tensor{})
           .run({static_cast<std::size_t>(9 * k), panels, 1}, {16, 1, 1});

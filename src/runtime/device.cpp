@@ -108,6 +108,9 @@ Device::Device(const DeviceOptions& options) {
   id_ = devices[chosen].first;
   info_ = devices[chosen].second;
   class_ = choose_class(options.device_class, info_);
+  // The device is this machine's processor, so what that has holds for kernels, too.
+  if (class_ == DeviceClass::cpu && !info_.is_gpu) units_ = find_matrix_units();
+  math_ = choose_math(options.math, units_);
   cl_int error = CL_SUCCESS;
   context_ = Context(clCreateContext(nullptr, 1, &id_, nullptr, nullptr, &error));
   check(error, "clCreateContext");

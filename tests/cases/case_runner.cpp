@@ -272,6 +272,37 @@ Findings check_gradients(Device& device, const OpCase& op_case, const Variation&
   return findings;
 }
 
+Findings check_rms_errors(Device& device, const OpCase& op_case, const Variation& variation, double tolerance,
+                          ErrorSum& all) {
+  Findings findings;
+  const auto compare_rms = [&](const std::string& what, const std::vector<double>& got,
+                               const std::vector<double>& want) {
+    std::vector<double> difference(want.size());
+    for (std::size_t i = 0; i < want.size(); ++i) difference[i] = got.at(i) - want[i];
+    const double scale = rms(want), error = scale == 0 ? rms(difference) : rms(difference) / scale;
+    all.squares += error * error * static_cast<double>(want.size());
+    all.elements += static_cast<double>(want.size());
+    if (!(error <= tolerance))
+      findings.push_back(fmt::format("{}: {}: relative rms error {:.3g}, at most {:.3g} is allowed",
+                                     describe(op_case, variation), what, error, tolerance));
+  };
+  CaseRun run(device, op_case, variation, true);
+  run.executor().scramble(0xFF);
+  run.run();
+  const auto got = run.outputs(), want = op_case.reference(variation, run.inputs());
+  for (std::size_t k = 0; k < want.size(); ++k)
+    if (want[k].dtype == DType::real) compare_rms(fmt::format("output {}", k), got[k].data, want[k].data);
+  if (device.math() == Math::bf16 && op_case.has_kinks(variation)) return findings;
+  ExecutorOptions wide;
+  wide.precision = Precision::double_;
+  CaseRun exact(device, op_case, variation, true, wide);
+  exact.run();
+  const auto gradients = run.gradients(), exact_gradients = exact.gradients();
+  for (std::size_t i = 0; i < gradients.size(); ++i)
+    compare_rms(fmt::format("gradient of input {}", i), gradients[i], exact_gradients[i]);
+  return findings;
+}
+
 Findings check_guards(Device& device, const OpCase& op_case, const Variation& variation) {
   ExecutorOptions options;
   options.guard_bytes = 4096;

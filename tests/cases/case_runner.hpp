@@ -47,6 +47,14 @@ using Findings = std::vector<std::string>;
 
 Findings check_values(Device& device, const OpCase& op_case, const Variation& variation);
 Findings check_gradients(Device& device, const OpCase& op_case, const Variation& variation);
+/// Squares of relative errors over all elements that were compared.
+struct ErrorSum {
+  double squares = 0, elements = 0;
+};
+/// Outputs against the reference and gradients against those in double, by relative rms error over each
+/// tensor; the errors are added to `all`.
+Findings check_rms_errors(Device& device, const OpCase& op_case, const Variation& variation, double tolerance,
+                          ErrorSum& all);
 Findings check_guards(Device& device, const OpCase& op_case, const Variation& variation);
 Findings check_repeat(Device& device, const OpCase& op_case, const Variation& variation);
 

@@ -1,11 +1,13 @@
 #include <algorithm>
+#include <cmath>
 
 #include "cases/op_case.hpp"
 
 namespace vivant::cases {
 namespace {
 
-// sizes: rows, live rows (-1: all), 1 with biases, then the widths of x and of each layer's output
+// sizes: rows, live rows (-1: all), 1 with biases or 2 with biases so large that no ReLU is near its kink,
+// then the widths of x and of each layer's output
 std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const auto& s = v.sizes;
   std::vector<HostTensor> in = {random.tensor({s[0], s[3]})};
@@ -14,6 +16,8 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
     in.push_back(random.tensor({s[layer - 1], s[layer]}));
     in.push_back(random.tensor({s[layer]}));
     in.back().absent = s[2] == 0;
+    if (s[2] == 2)
+      for (double& b : in.back().data) b = std::copysign(2 * std::sqrt(static_cast<double>(s[layer - 1])), b);
   }
   while (in.size() < 7) {
     in.emplace_back();
@@ -60,11 +64,13 @@ const Register register_mlp(OpCase{
                    {{97, 61, 1, 16, 33, 48, 3}, {{"output", "relu"}}},
                    {{49, -1, 0, 39, 64, 32, 16}},
                    {{211, 0, 1, 5, 16, 4}},
-                   {{230, 197, 1, 13, 80, 7}}},
+                   {{230, 197, 1, 13, 80, 7}},
+                   {{131, 97, 2, 39, 64, 48}}},
     .inputs = inputs,
     .reference = reference,
     .gradient_tolerance = 1e-5,
     .step = 1e-7,
+    .has_kinks = [](const Variation& v) { return v.sizes[2] != 2; },
     .benchmark = {{196608, -1, 1, 48, 128, 128, 32}},
     .flops = flops,
     .bytes =

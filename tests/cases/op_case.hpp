@@ -56,7 +56,10 @@ struct OpCase {
   double tolerance = 1e-5;  ///< |value - reference| <= tolerance * (|reference| + rms of the reference)
   double gradient_tolerance = 1e-6;  ///< the same, double kernel against central differences
   double step = 1e-5;                ///< of the central differences
-  Variation benchmark = {};          ///< a size that is met in practice
+  /// Whether rounding to bf16 may move values over a kink, where the gradient is another one: gradients in
+  /// bf16 are not compared then.
+  std::function<bool(const Variation&)> has_kinks = [](const Variation&) { return false; };
+  Variation benchmark = {};  ///< a size that is met in practice
   std::function<double(const Variation&)> flops = {},
                                           bytes = {};  ///< of the forward pass; bytes that must move at least
   std::string file = {};                               ///< stem of the case file, set by Register

@@ -24,11 +24,14 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
     return in[0].data[((transposed ? taps - 1 - tap : tap) * v.sizes[1] + k) * v.sizes[2] + n];
   };
   HostTensor packed;
-  packed.shape = {(columns + panel - 1) / panel, taps * rows, panel};
-  for (std::int64_t p = 0; p < packed.shape[0]; ++p)
+  const std::int64_t padded = rows < 16 ? rows : (rows + 31) / 32 * 32;
+  packed.shape = {(columns + panel - 1) / panel, taps * padded, panel};
+  for (std::int64_t p = 0; p < packed.shape[0]; ++p) {
     for (std::int64_t tap = 0; tap < taps; ++tap)
       for (std::int64_t row = 0; row < rows; ++row)
         for (std::int64_t c = 0; c < panel; ++c) packed.data.push_back(weight(tap, row, p * panel + c));
+    packed.data.resize((p + 1) * taps * padded * panel, 0.0);
+  }
   return {packed};
 }
 

@@ -69,6 +69,10 @@ class Launch {
 
   const Device& device() const { return device_; }
   bool gpu() const { return device_.device_class() == DeviceClass::gpu; }
+  /// Whether matrix products run on matrix units (kernels/matrix_units.clh) rather than by fp32 kernels.
+  bool bf16() const { return precision_ == Precision::single && device_.math() != Math::fp32; }
+  /// Whether these units are so fast that no other algorithm for convolutions pays.
+  bool tiles() const { return bf16() && device_.matrix_units() != MatrixUnits::dot; }
   /// Elements that one explicit vector of the kernels holds: 16 on CPUs, 4 on GPUs. The macro VW in kernels.
   int vector_width() const { return gpu() ? 4 : 16; }
 
@@ -78,7 +82,8 @@ class Launch {
   /// The i32 [1] count of live rows of a tensor; a null tensor when all are alive.
   Tensor count_of(const Tensor& tensor) const;
 
-  /// A kernel of `file` (in kernels/) built with REAL, VW, GPU_FORM and `defines`.
+  /// A kernel of `file` (in kernels/) built with REAL, VW, GPU_FORM, `defines`, and when `bf16()` with
+  /// MATRIX_UNITS and PRODUCTS.
   Call kernel(const std::string& file, const std::string& function, const Defines& defines = {});
   /// Copies a whole tensor, or fills it with zeros.
   void copy(const Tensor& from, const Tensor& to);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "vivant/runtime/arithmetic.hpp"
 #include "vivant/runtime/opencl.hpp"
 #include "vivant/runtime/profiler.hpp"
 #include "vivant/runtime/tile_table.hpp"
@@ -30,6 +31,7 @@ struct DeviceOptions {
       device;  ///< an index or part of a name; empty: VIVANT_DEVICE, else the first GPU, else the first CPU
   std::string device_class;  ///< "cpu", "gpu" or empty: by the device's kind
   bool profile = false;      ///< time every kernel with events
+  std::string math;  ///< "fp32", "bf16x3", "bf16" or empty: VIVANT_MATH, else by the device (choose_math)
 };
 
 /// A block of device memory.
@@ -56,6 +58,9 @@ class Device {
 
   const DeviceInfo& info() const { return info_; }
   DeviceClass device_class() const { return class_; }
+  /// The arithmetic of matrix products, and what computes it when it is not fp32. GPUs compute in fp32.
+  Math math() const { return math_; }
+  MatrixUnits matrix_units() const { return units_; }
   cl_context context() const { return context_.get(); }
   cl_command_queue queue() const { return queue_.get(); }
   Profiler& profiler() { return profiler_; }
@@ -101,6 +106,8 @@ class Device {
 
   DeviceInfo info_;
   DeviceClass class_;
+  MatrixUnits units_ = MatrixUnits::none;
+  Math math_ = Math::fp32;
   cl_device_id id_ = nullptr;
   Context context_;
   Queue queue_;
