@@ -3,9 +3,11 @@
 //   triad       y [n] = a [n] + s * b [n]
 //   read_sum    partial [items][VW]: sums of x [n], every element read once
 //   touch       one store: the cost of a launch
+//   matrix_products  y [items]: STEPS times a . w [32, 128] . [128, 64] of ones on matrix units, summed: 128 STEPS
 // A work-item of triad and read_sum takes BLOCK vectors: one run of memory on CPUs, with a stride of all work-items
 // on GPUs, where neighbours read side by side.
 #include "common.clh"
+#include "matrix_units.clh"
 
 #ifndef CHAINS
 #define CHAINS 16
@@ -46,3 +48,18 @@ KERNEL void read_sum(IN REAL* restrict x, GLOBAL REAL* restrict partial) {
 }
 
 KERNEL void touch(GLOBAL REAL* y) { y[get_global_id(0)] = get_global_id(0) + 1; }
+
+#if MATRIX_UNITS
+KERNEL void matrix_products(GLOBAL float* restrict y, int steps) {
+  uint a[2 * 32 * 64] ALIGNED, w[2 * 64 * 64] ALIGNED;
+  float c[32 * 64] ALIGNED;
+  for (int i = 0; i < 2 * 32 * 64; ++i) a[i] = i < 32 * 64 ? 0x3f803f80 : 0;  // 1 and 1, lo parts 0
+  for (int i = 0; i < 2 * 64 * 64; ++i) w[i] = i < 64 * 64 ? 0x3f803f80 : 0;
+  BEGIN_UNITS
+  for (int step = 0; step < steps; ++step)
+    product(PASS_REGISTERS OPERAND(a, 256, 4 * 32 * 64, 0, 0), 16 * 256, OPERAND(w, 256, 4 * 64 * 64, 0, 0), 64, 64, 1, 1,
+            PRODUCTS, c, 64, step > 0);
+  END_UNITS
+  y[get_global_id(0)] = c[get_global_id(0) % (32 * 64)];
+}
+#endif

@@ -53,6 +53,14 @@ double fma_rate(Device& device, bool quick) {
   return flops / fastest_seconds(device, fma_chains(device, y, items, 0.5, 0.25, steps), quick);
 }
 
+double matrix_rate(Device& device, bool quick) {
+  const auto items = static_cast<std::size_t>(device.info().compute_units);
+  const int steps = device.matrix_units() == MatrixUnits::imitated ? 1 : 1 << 9;
+  const Buffer y = device.allocate(items * sizeof(float));
+  const double flops = 2.0 * 32 * 64 * 128 * steps * static_cast<double>(items);
+  return flops / fastest_seconds(device, matrix_products(device, y, items, steps), quick);
+}
+
 void measure_memory(Device& device, bool quick, Limits& limits) {
   const std::uint64_t wanted = (quick ? 64ull : 256ull) << 20;
   const std::uint64_t allowed =
@@ -73,6 +81,10 @@ Command fma_chains(Device& device, const Buffer& y, std::size_t items, double mu
   return prepare(device, "fma_chains", items, tensor_in(y), multiplier, addend, steps);
 }
 
+Command matrix_products(Device& device, const Buffer& y, std::size_t items, int steps) {
+  return prepare(device, "matrix_products", items, tensor_in(y), steps);
+}
+
 Command triad(Device& device, const Buffer& a, const Buffer& b, const Buffer& y, double s) {
   return prepare(device, "triad", y.bytes() / block_bytes(device), tensor_in(a), tensor_in(b), tensor_in(y),
                  s);
@@ -90,6 +102,11 @@ std::size_t partial_bytes(const Device& device, const Buffer& x) { return x.byte
 Limits measure_limits(Device& device, bool quick) {
   Limits limits;
   limits.flops = fma_rate(device, quick);
+  limits.matrix_units = name_of(device.matrix_units());
+  if (device.math() != Math::fp32) {
+    limits.matrix_flops = matrix_rate(device, quick);
+    limits.matrix_units = fmt::format("{} in {}", limits.matrix_units, name_of(device.math()));
+  }
   measure_memory(device, quick, limits);
   limits.launch_seconds = launch_seconds(device, quick);
   const Buffer one = device.allocate(sizeof(float));
@@ -104,15 +121,18 @@ double launch_seconds(Device& device, bool quick) {
 
 std::string describe(const Limits& limits) {
   return fmt::format(
-      "fp32 FMA {:.1f} GF/s; matrix tiles: none; memory: read {:.1f} GB/s, triad {:.1f} GB/s; "
+      "fp32 FMA {:.1f} GF/s; matrix units: {}{}; memory: read {:.1f} GB/s, triad {:.1f} GB/s; "
       "launch {:.2f} us among many, {:.2f} us with a finish",
-      limits.flops * 1e-9, limits.read_bandwidth * 1e-9, limits.triad_bandwidth * 1e-9,
-      limits.launch_seconds * 1e6, limits.launch_and_finish_seconds * 1e6);
+      limits.flops * 1e-9, limits.matrix_units,
+      limits.matrix_flops > 0 ? fmt::format(", {:.1f} GF/s", limits.matrix_flops * 1e-9) : "",
+      limits.read_bandwidth * 1e-9, limits.triad_bandwidth * 1e-9, limits.launch_seconds * 1e6,
+      limits.launch_and_finish_seconds * 1e6);
 }
 
 nlohmann::json to_json(const Limits& limits) {
   return {{"fma_gflops", limits.flops * 1e-9},
-          {"matrix_tiles", "none"},
+          {"matrix_units", limits.matrix_units},
+          {"matrix_gflops", limits.matrix_flops * 1e-9},
           {"read_gigabytes_per_second", limits.read_bandwidth * 1e-9},
           {"triad_gigabytes_per_second", limits.triad_bandwidth * 1e-9},
           {"launch_seconds", limits.launch_seconds},

@@ -193,8 +193,8 @@ void draw_slope(Picture& picture, LabelPlacer& placer, const LogAxis& x, const L
 
 void draw_roofline(Picture& picture, const Box& frame, std::span<const OpTiming> timings,
                    const Limits& limits) {
-  const double peak = limits.flops * 1e-9, read = limits.read_bandwidth * 1e-9,
-               triad = limits.triad_bandwidth * 1e-9, ridge = limits.flops / limits.bandwidth();
+  const double peak = limits.peak_flops() * 1e-9, read = limits.read_bandwidth * 1e-9,
+               triad = limits.triad_bandwidth * 1e-9, ridge = limits.peak_flops() / limits.bandwidth();
   std::vector<double> intensities = {0.1, ridge * 8}, rates = {peak / 100, peak * 1.2};
   for_passes(timings, true, [&](int, const Pass& pass, bool) {
     intensities.push_back(pass.intensity());

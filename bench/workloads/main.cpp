@@ -1,6 +1,6 @@
 // Our side of scripts/compare-peers: one workload at a time, by commands on standard input, one answer line
 // each. The programs in bench/peers answer the same commands, but for launches and memory.
-//   modes                  -> modes fp32
+//   modes                  -> modes fp32 ...   those that this machine's processor runs
 //   load {"workload": NAME, "mode": MODE, sizes...}   -> ready
 //   inputs FILE            writes what other programs need to compute the same   -> written
 //   run N                  -> seconds S1 ... SN
@@ -23,13 +23,13 @@ namespace {
 
 class Server {
  public:
-  explicit Server(const DeviceOptions& options) : device_(options) {
+  explicit Server(const DeviceOptions& options) : options_(options) {
     for (const WorkloadTable& part : {op_workloads(), field_workloads(), style_workloads()})
       table_.insert(part.begin(), part.end());
   }
 
   std::string answer(const std::string& command, const std::string& argument) {
-    if (command == "modes") return "modes fp32";
+    if (command == "modes") return modes();
     if (command == "load") return load(Sizes::parse(argument));
     if (!workload_) throw UsageError(fmt::format("no workload is loaded for '{}'", command));
     if (command == "run") return run(std::stoi(argument));
@@ -44,17 +44,32 @@ class Server {
   }
 
  private:
+  DeviceOptions in_mode(const std::string& mode) const {
+    DeviceOptions options = options_;
+    options.math = mode;
+    return options;
+  }
+
+  std::string modes() const {
+    std::string answer = "modes";
+    for (const char* mode : {"fp32", "bf16x3", "bf16"})
+      if (name_of(Device(in_mode(mode)).math()) == mode) answer += std::string(" ") + mode;
+    return answer;
+  }
+
   std::string load(const Sizes& sizes) {
     const std::string name = sizes.at("workload");
     if (!table_.contains(name)) throw UsageError(fmt::format("there is no workload '{}'", name));
     workload_.reset();
-    workload_ = table_.at(name)(device_, sizes);
+    const std::string mode = sizes.value("mode", "fp32");
+    if (!device_ || name_of(device_->math()) != mode) device_ = std::make_unique<Device>(in_mode(mode));
+    workload_ = table_.at(name)(*device_, sizes);
     return "ready";
   }
 
   std::string run(int repetitions) {
-    device_.profiler().reset();
-    const std::int64_t before = device_.launches();
+    device_->profiler().reset();
+    const std::int64_t before = device_->launches();
     std::string seconds = "seconds";
     for (int i = 0; i < repetitions; ++i) {
       const auto start = std::chrono::steady_clock::now();
@@ -62,17 +77,18 @@ class Server {
       const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
       seconds += fmt::format(" {:.9f}", taken.count());
     }
-    launches_per_run_ = (device_.launches() - before) / std::max(repetitions, 1);
-    if (device_.profiler().enabled()) std::cerr << device_.profiler().table();
+    launches_per_run_ = (device_->launches() - before) / std::max(repetitions, 1);
+    if (device_->profiler().enabled()) std::cerr << device_->profiler().table();
     return seconds;
   }
 
   std::string launches() {
-    if (launch_seconds_ == 0) launch_seconds_ = launch_seconds(device_, false);
+    if (launch_seconds_ == 0) launch_seconds_ = launch_seconds(*device_, false);
     return fmt::format("launches {} {:.9f}", launches_per_run_, launch_seconds_);
   }
 
-  Device device_;
+  DeviceOptions options_;
+  std::unique_ptr<Device> device_;
   WorkloadTable table_;
   std::unique_ptr<Workload> workload_;
   std::int64_t launches_per_run_ = 0;

@@ -12,6 +12,7 @@ void print_devices(const DeviceOptions& options) {
                info.is_gpu ? "GPU" : "CPU", info.name, info.compute_units, info.memory_bytes >> 20,
                info.largest_buffer_bytes >> 20, info.platform, info.driver,
                info.index == chosen.info().index ? "  <- used" : "");
+  fmt::print("arithmetic: {} (matrix units: {})\n", name_of(chosen.math()), name_of(chosen.matrix_units()));
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ struct Conv2d final : Op {
   void launch(Launch& launch) const override {
     // Winograd's last tiles reach beyond the image whatever the padding is.
     if (winograd || (pad > 0 && !reflect)) launch.zero(launch.workspace());
-    if (suits_bf16(launch, launch.in(0).channels()) && (launch.tiles() || !winograd))
+    if (suits_bf16(launch, launch.in(0).channels()) && (launch.matrix_tiles() || !winograd))
       launch_bf16(launch);
     else
       winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);

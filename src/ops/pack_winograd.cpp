@@ -27,7 +27,7 @@ struct PackWinograd final : Op {
     const std::int64_t k = w[transposed ? 3 : 2], n = w[transposed ? 2 : 3];
     const auto panels = static_cast<std::size_t>(packed[0]);
     const Defines defines = {{"TRANSPOSED", transposed ? 1 : 0}};
-    if (launch.tiles())
+    if (launch.matrix_tiles())
       pack_bf16(launch, w, packed, transposed, 9, k, n);
     else if (launch.gpu())
       launch.kernel("pack_weights.cl", "pack_weights", defines)

@@ -69,7 +69,12 @@ bool exists(MatrixUnits units) {
   }
 }
 
-const char* units_of_environment() { return std::getenv("VIVANT_MATRIX_UNITS"); }
+std::string from_environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+std::string units_of_environment() { return from_environment("VIVANT_MATRIX_UNITS"); }
 
 }  // namespace
 
@@ -83,12 +88,11 @@ Math math_from(const std::string& name) {
 }
 
 MatrixUnits find_matrix_units() {
-  if (const char* name = units_of_environment()) {
+  if (const std::string name = units_of_environment(); !name.empty()) {
     for (const MatrixUnits units :
          {MatrixUnits::none, MatrixUnits::dot, MatrixUnits::amx, MatrixUnits::imitated})
       if (name_of(units) == name) return exists(units) ? units : MatrixUnits::none;
-    throw UsageError(std::string("VIVANT_MATRIX_UNITS is '") + name +
-                     "': it must be none, dot, amx or imitated");
+    throw UsageError("VIVANT_MATRIX_UNITS is '" + name + "': it must be none, dot, amx or imitated");
   }
   for (const MatrixUnits units : {MatrixUnits::amx, MatrixUnits::dot})
     if (exists(units)) return units;
@@ -96,11 +100,10 @@ MatrixUnits find_matrix_units() {
 }
 
 Math choose_math(const std::string& wanted, MatrixUnits units) {
-  const char* variable = std::getenv("VIVANT_MATH");
-  const std::string name = !wanted.empty() ? wanted : variable ? variable : "";
+  const std::string name = wanted.empty() ? from_environment("VIVANT_MATH") : wanted;
   const Math by_units = units == MatrixUnits::amx ? Math::bf16x3 : Math::fp32;
   const Math math = name.empty() ? by_units : math_from(name);
-  const bool slower = units == MatrixUnits::dot && math == Math::bf16x3 && !units_of_environment();
+  const bool slower = units == MatrixUnits::dot && math == Math::bf16x3 && units_of_environment().empty();
   return units == MatrixUnits::none || slower ? Math::fp32 : math;
 }
 

@@ -108,9 +108,6 @@ Device::Device(const DeviceOptions& options) {
   id_ = devices[chosen].first;
   info_ = devices[chosen].second;
   class_ = choose_class(options.device_class, info_);
-  // The device is this machine's processor, so what that has holds for kernels, too.
-  if (class_ == DeviceClass::cpu && !info_.is_gpu) units_ = find_matrix_units();
-  math_ = choose_math(options.math, units_);
   cl_int error = CL_SUCCESS;
   context_ = Context(clCreateContext(nullptr, 1, &id_, nullptr, nullptr, &error));
   check(error, "clCreateContext");
@@ -118,12 +115,39 @@ Device::Device(const DeviceOptions& options) {
   queue_ = Queue(clCreateCommandQueue(context_.get(), id_, properties, &error));
   check(error, "clCreateCommandQueue");
   profiler_.enable(options.profile);
+  choose_arithmetic(options.math);
   tiles_ = TileTable::load(identity(), class_);
   alignment_ = std::max<std::size_t>(128, value_of<cl_uint>(id_, CL_DEVICE_MEM_BASE_ADDR_ALIGN) / 8);
 }
 
 std::string Device::identity() const {
   return fmt::format("{}\n{}\n{}\n{}", info_.platform, info_.name, info_.version, info_.driver);
+}
+
+void Device::choose_arithmetic(const std::string& wanted) {
+  // The device is this machine's processor, so what that has holds for kernels, too.
+  if (class_ == DeviceClass::cpu && !info_.is_gpu) units_ = find_matrix_units();
+  math_ = choose_math(wanted, units_);
+  if (units_ != MatrixUnits::amx || math_ == Math::fp32) return;
+  // Tiles belong to the system as well as to the processor: trust is good, a product is better.
+  if (const int wrong = wrong_products(); wrong > 0) {
+    fmt::print(stderr, "vivant: {} elements of a product on AMX are wrong here: computing in fp32\n", wrong);
+    units_ = MatrixUnits::none;
+    math_ = Math::fp32;
+  }
+}
+
+int Device::wrong_products() {
+  const Kernel kernel = this->kernel(
+      "check_units.cl", "check_units",
+      fmt::format("-cl-std=CL1.2 -cl-denorms-are-zero -DMATRIX_UNITS={}", static_cast<int>(units_)));
+  const Buffer count = allocate(sizeof(cl_int));
+  cl_mem memory = count.get();
+  check(clSetKernelArg(kernel.get(), 0, sizeof(memory), &memory), "clSetKernelArg");
+  launch(kernel, "check_units", {1, 1, 1}, {1, 1, 1});
+  cl_int wrong = 0;
+  read(count, &wrong, sizeof(wrong));
+  return wrong;
 }
 
 Device::~Device() {

@@ -72,7 +72,7 @@ class Launch {
   /// Whether matrix products run on matrix units (kernels/matrix_units.clh) rather than by fp32 kernels.
   bool bf16() const { return precision_ == Precision::single && device_.math() != Math::fp32; }
   /// Whether these units are so fast that no other algorithm for convolutions pays.
-  bool tiles() const { return bf16() && device_.matrix_units() != MatrixUnits::dot; }
+  bool matrix_tiles() const { return bf16() && device_.matrix_units() != MatrixUnits::dot; }
   /// Elements that one explicit vector of the kernels holds: 16 on CPUs, 4 on GPUs. The macro VW in kernels.
   int vector_width() const { return gpu() ? 4 : 16; }
 

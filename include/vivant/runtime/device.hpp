@@ -61,6 +61,8 @@ class Device {
   /// The arithmetic of matrix products, and what computes it when it is not fp32. GPUs compute in fp32.
   Math math() const { return math_; }
   MatrixUnits matrix_units() const { return units_; }
+  /// How many elements of a small product the matrix units get wrong: 0 where they work.
+  int wrong_products();
   cl_context context() const { return context_.get(); }
   cl_command_queue queue() const { return queue_.get(); }
   Profiler& profiler() { return profiler_; }
@@ -102,6 +104,7 @@ class Device {
   int programs_loaded() const { return programs_loaded_; }
 
  private:
+  void choose_arithmetic(const std::string& wanted);
   cl_program program(const std::string& file, const std::string& options);
 
   DeviceInfo info_;
