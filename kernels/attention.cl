@@ -13,7 +13,8 @@
 //   where work-items own rows of keys. Nothing is added by two work-items, so nothing depends on their order.
 //
 // The operand whose rows lie along a block is packed in panels of PANEL columns (pack_weights.cl).
-// On matrix units (matrix_units.clh) scores are always products of three, so that weights are exact.
+// On tiles (matrix_units.clh) scores and outputs are always products of three, so that weights and deviations are exact;
+// dot products of three are slower than fp32, and not used.
 #define PANEL 64
 #include "matrix_units.clh"
 #include "tile.clh"
@@ -27,7 +28,7 @@
 #define INNER_CHANNELS 64
 #define OUTER_CHANNELS 64
 #endif
-#if MATRIX_UNITS
+#if MATRIX_UNITS > 1
 // Rows first to end - 1 of x as the left operand of products.
 #define STAGE_ROWS(name, x, channels, products)                                                                   \
   uint name[2 * ROWS * PAIRS_OF(channels)] ALIGNED;                                                                  \
@@ -38,14 +39,14 @@
     multiply_rows_bf16(PASS_REGISTERS name, PAIRS_OF(channels), end - first, (IN uint*)packed, j, products, s);   \
   else                                                                                                            \
     multiply_rows(x, channels, first, end, panel_at(packed, channels, j), s);
-#define ADD_PRODUCTS(...) add_products_bf16(PASS_REGISTERS __VA_ARGS__)
+#define ADD_PRODUCTS(products, ...) add_products_bf16(PASS_REGISTERS products, __VA_ARGS__)
 #else
 #define BEGIN_UNITS
 #define END_UNITS
 #define STAGE_ROWS(name, x, channels, products)
 #define MULTIPLY_ROWS(name, x, channels, packed, j, products, s) \
   multiply_rows(x, channels, first, end, panel_at(packed, channels, j), s);
-#define ADD_PRODUCTS(...) add_products(__VA_ARGS__)
+#define ADD_PRODUCTS(products, ...) add_products(__VA_ARGS__)
 #endif
 #define FOR_TILE_GROUPS for (int g = 0; g < ROWS; g += TILE_ROWS)
 
@@ -106,7 +107,7 @@ inline void add_products(const REAL* s, const REAL* factor, int live, IN REAL* p
   }
 }
 
-#if MATRIX_UNITS
+#if MATRIX_UNITS > 1
 // s = staged rows times the columns j, j + 1, .. of a packed operand.
 INLINE void multiply_rows_bf16(REGISTERS const uint* staged, int pairs, int live, IN uint* packed, int j, int products,
                                float* s) {
@@ -117,7 +118,7 @@ INLINE void multiply_rows_bf16(REGISTERS const uint* staged, int pairs, int live
 }
 
 // What add_products does. Few rows are packed as for fp32.
-INLINE void add_products_bf16(REGISTERS const float* s, const float* factor, int live, IN float* packed, int packed_rows,
+INLINE void add_products_bf16(REGISTERS int products, const float* s, const float* factor, int live, IN float* packed, int packed_rows,
                               int block, GLOBAL float* y, int columns, int first, int end) {
   if (packed_rows < 16) {
     add_products(s, factor, live, packed, packed_rows, block, y, columns, first, end);
@@ -125,7 +126,7 @@ INLINE void add_products_bf16(REGISTERS const float* s, const float* factor, int
   }
   uint staged[2 * ROWS * (PANEL / 2)] ALIGNED;
   float c[BLOCK_ROWS * PANEL] ALIGNED;
-  stage_buffer(s, PANEL, live, ROWS, staged, PANEL / 2, ROWS * (PANEL / 2), PRODUCTS);
+  stage_buffer(s, PANEL, live, ROWS, staged, PANEL / 2, ROWS * (PANEL / 2), products);
   const int pairs = PAIRS_OF(live), all_pairs = PAIRS_OF(packed_rows);
   for (int j = 0; j < columns; j += PANEL) {
     const Operand w = OPERAND((IN uint*)packed + (size_t)j * 2 * all_pairs + block / 2 * PANEL, 4 * PANEL,
@@ -133,7 +134,7 @@ INLINE void add_products_bf16(REGISTERS const float* s, const float* factor, int
     const int left = columns - j;
     for (int g = 0; g < end - first; g += BLOCK_ROWS) {
       product(PASS_REGISTERS OPERAND(staged + g * (PANEL / 2), 2 * PANEL, 2 * ROWS * PANEL, 0, 0), 32 * PANEL, w, PANEL,
-              pairs, 1, 1, PRODUCTS, c, PANEL, 0);
+              pairs, 1, 1, products, c, PANEL, 0);
       for (int r = 0; r < min(BLOCK_ROWS, end - first - g); ++r) {
         GLOBAL float* row = y + (size_t)(first + g + r) * columns + j;
         float16 acc[TILE_VECTORS];
@@ -217,7 +218,7 @@ KERNEL void attend(IN REAL* restrict q, IN REAL* restrict keys, IN REAL* restric
     MULTIPLY_ROWS(staged, q, INNER_CHANNELS, keys, key, EXACT, s)
     for (int r = 0; r < end - first; ++r)
       factor[r] = weigh_row(s + r * COLUMNS, bias ? bias + key : bias, live, scale, cosine, largest + r, total + r);
-    ADD_PRODUCTS(s, factor, live, values, capacity, key, o, OUTER_CHANNELS, first, end);
+    ADD_PRODUCTS(EXACT, s, factor, live, values, capacity, key, o, OUTER_CHANNELS, first, end);
   }
   END_UNITS
   for (int r = 0; r < end - first; ++r) {
@@ -262,7 +263,7 @@ KERNEL void attend_query_gradient(IN REAL* restrict q, IN REAL* restrict grad_o,
         WEIGHTS_AND_SLOPES(s + r * COLUMNS, slopes + r * COLUMNS, score_bias, row_normaliser, row_delta)
       }
     }
-    ADD_PRODUCTS(slopes, factor, live, key_rows, capacity, key, grad_q, INNER_CHANNELS, first, end);
+    ADD_PRODUCTS(PRODUCTS, slopes, factor, live, key_rows, capacity, key, grad_q, INNER_CHANNELS, first, end);
   }
   END_UNITS
   for (size_t i = (size_t)first * INNER_CHANNELS; i < (size_t)end * INNER_CHANNELS; ++i) grad_q[i] *= scale;
@@ -297,8 +298,8 @@ KERNEL void attend_key_gradient(IN REAL* restrict k, IN REAL* restrict w, IN REA
                                           load_columns(delta + query, v, live))
       for (int c = 0; c < live; ++c) bias_slope[r] += slopes[r * COLUMNS + c];
     }
-    ADD_PRODUCTS(s, factor, live, grad_rows, n, query, grad_w, OUTER_CHANNELS, first, end);
-    ADD_PRODUCTS(slopes, factor, live, query_rows, n, query, grad_k, INNER_CHANNELS, first, end);
+    ADD_PRODUCTS(PRODUCTS, s, factor, live, grad_rows, n, query, grad_w, OUTER_CHANNELS, first, end);
+    ADD_PRODUCTS(PRODUCTS, slopes, factor, live, query_rows, n, query, grad_k, INNER_CHANNELS, first, end);
   }
   END_UNITS
   for (size_t i = (size_t)first * INNER_CHANNELS; i < (size_t)end * INNER_CHANNELS; ++i) grad_k[i] *= scale;

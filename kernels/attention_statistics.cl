@@ -4,7 +4,13 @@
 //
 // A query that attends to a single key has A u^2 = u u exactly as rounded: the square below must be rounded in the same
 // way, and not be fused with the difference, for its deviation to be 0.
+// SPLIT_PRODUCTS: A u and A u^2 are sums of products of three (matrix_units.clh), equal to 2^-17: what is left of a
+// variance that small is rounding.
 #include "channels.clh"
+#ifndef SPLIT_PRODUCTS
+#define SPLIT_PRODUCTS 0
+#endif
+#define LEAST_VARIANCE(T, second) (SPLIT_PRODUCTS ? (T)(3.0517578125e-5f) * (second) : (T)(0))
 #pragma OPENCL FP_CONTRACT OFF
 
 KERNEL void attention_statistics(IN REAL* restrict o, IN REAL* restrict center, GLOBAL REAL* restrict mean,
@@ -15,7 +21,8 @@ KERNEL void attention_statistics(IN REAL* restrict o, IN REAL* restrict center, 
 #define BODY(T, LOAD, STORE, i)                                                      \
   const T first = LOAD(o + 2 * at + i), second = LOAD(o + 2 * at + channels + i);    \
   STORE(first + LOAD(center + i), mean + at + i);                                    \
-  STORE(sqrt(fmax(second - first * first, (T)(0))), deviation + at + i);
+  const T variance = fmax(second - first * first, (T)(0));                           \
+  STORE(sqrt(variance * step(LEAST_VARIANCE(T, second), variance)), deviation + at + i);
   FOR_ROW(channels, BODY)
 #undef BODY
 }

@@ -17,11 +17,17 @@ KERNEL void check_units(GLOBAL int* restrict wrong) {
   for (int i = 0; i < 2 * a_part; ++i) a[i] = small_integer(2 * i) | small_integer(2 * i + 1) << 16;
   for (int i = 0; i < 2 * w_part; ++i) w[i] = small_integer(3 * i + 1) | small_integer(5 * i) << 16;
   for (int i = 0; i < 32 * 64; ++i) c[i] = i % 13;
+  // Part of a goes through the conversion that rows take.
+  float row[2 * PAIRS] ALIGNED;
+  for (int i = 0; i < 2 * PAIRS; ++i) row[i] = i % 15 - 7;
+  stage_buffer(row, 0, 2 * PAIRS, 32, a, PAIRS, a_part, 3);
   BEGIN_UNITS
   product(PASS_REGISTERS OPERAND(a, 4 * PAIRS, 4 * a_part, 4 * 32 * PAIRS, 0), 64 * PAIRS,
           OPERAND(w, 4 * COLUMNS, 4 * w_part, 4 * PAIRS * COLUMNS, 0), COLUMNS, PAIRS, SEGMENTS, SEGMENTS, 3, c, 64, 1);
   END_UNITS
   int count = 0;
+  for (int k = 0; k < 2 * PAIRS; ++k)
+    if (as_float(((a[k / 2] >> (k % 2 * 16)) & 0xffff) << 16) != row[k]) ++count;
   for (int r = 0; r < 32; ++r)
     for (int j = 0; j < COLUMNS; ++j) {
       float sum = (r * 64 + j) % 13;

@@ -6,6 +6,7 @@
 #include "bench/ops/measure.hpp"
 #include "bench/ops/roofline_svg.hpp"
 #include "child_process.hpp"
+#include "environment.hpp"
 
 using namespace vivant;
 
@@ -107,6 +108,14 @@ TEST_CASE("bench: the kernels behind the limits compute what they say") {
   }
 }
 
+TEST_CASE("bench: the products behind the limit of matrix units") {
+  const ScopedVariable imitated("VIVANT_MATRIX_UNITS", "imitated");
+  Device device(DeviceOptions{"", "cpu", false, "bf16x3"});
+  const Buffer y = device.allocate(2 * sizeof(float));
+  run(device, bench::matrix_products(device, y, 2, 3));
+  CHECK(floats_in(device, y) == std::vector<float>{3 * 128, 3 * 128});
+}
+
 TEST_CASE("bench: the limits are within reason, and the roofline is the smaller of two") {
   for (const std::string name : {"cpu", "gpu"}) {
     CAPTURE(name);
@@ -194,7 +203,7 @@ TEST_CASE("bench: a table, and a roofline with its figures") {
   const Finished table = run_vivant("bench ray_generation --quick --device-class gpu");
   CAPTURE(table.err);
   REQUIRE(table.exit_code == 0);
-  for (const char* part : {"fp32 FMA", "matrix tiles: none", "% peak", "ray_generation 16x65536", "forward"})
+  for (const char* part : {"fp32 FMA", "matrix units: none", "% peak", "ray_generation 16x65536", "forward"})
     CHECK(contains(table.out, part));
   const TemporaryFolder folder;
   const std::string svg = (folder / "x.svg").string(), json = (folder / "x.json").string();
@@ -205,7 +214,7 @@ TEST_CASE("bench: a table, and a roofline with its figures") {
   CHECK(contains(read_whole_file(svg), ">body_skinning<"));
   const auto figures = nlohmann::json::parse(read_whole_file(json));
   CHECK(figures["limits"]["fma_gflops"].get<double>() > 1);
-  CHECK(figures["limits"]["matrix_tiles"] == "none");
+  CHECK(figures["limits"]["matrix_units"].is_string());
   CHECK(contains(figures["rows"].dump(), "\"body_skinning\""));
 }
 

@@ -44,7 +44,7 @@ struct Workshop {
 };
 
 DeviceOptions named(const std::string& device, const std::string& device_class = "") {
-  return {device, device_class, false};
+  return {device, device_class, false, ""};
 }
 
 /// A fresh device runs the probe; checks the result and whether the program was compiled or came from the

@@ -98,7 +98,7 @@ TEST_CASE("tune: tiles change no bit of any result") {
   for (const auto& [name, columns] : {std::pair(std::string("cpu"), 16), {"cpu", 64}, {"gpu", 64}}) {
     CAPTURE(name);
     CAPTURE(columns);
-    Device device(DeviceOptions{"", name, false});
+    Device device(DeviceOptions{"", name, false, "fp32"});
     Everything work(columns);
     device.use_tiles({});
     const auto expected = work.run(device);
@@ -132,9 +132,9 @@ TEST_CASE("tune: a table is stored for one device and read again") {
 
 TEST_CASE("tune: stored tiles reach the kernels of later runs; damaged and foreign ones are ignored") {
   const OwnCache cache;
-  const Device device(DeviceOptions{"", "cpu", false});
+  const Device device(DeviceOptions{"", "cpu", false, "fp32"});
   const std::filesystem::path file = TileTable::file(device.identity(), DeviceClass::cpu);
-  const auto run = [] { return run_vivant("bench linear --quick --verbose --device-class cpu"); };
+  const auto run = [] { return run_vivant("bench linear --quick --verbose --device-class cpu --math fp32"); };
   const std::string tuned = "-DPANEL=64 -DTILE_ROWS=7 -DTILE_VECTORS=4";
 
   Finished finished = run();
@@ -185,7 +185,7 @@ TEST_CASE("tune: another tile is taken only where it is clearly faster") {
 
 TEST_CASE("tune: the command measures, stores, and forgets") {
   const OwnCache cache;
-  const Device device(DeviceOptions{"", "gpu", false});
+  const Device device(DeviceOptions{"", "gpu", false, "fp32"});
   Finished finished = run_vivant("tune attention --quick --device-class gpu --progress json");
   CAPTURE(finished.err);
   REQUIRE(finished.exit_code == 0);

@@ -9,12 +9,12 @@ namespace vivant::bench {
 
 /// What a device can do at most, as kernels/limits.cl measures it.
 struct Limits {
-  double flops = 0;         ///< per second: fused multiply-adds in fp32, each counts as two
-  double matrix_flops = 0;  ///< the same by matrix units in the device's arithmetic; 0 when that is fp32
-  std::string matrix_units = "none";               ///< and the arithmetic they run, if any
+  double flops = 0;  ///< per second: fused multiply-adds in fp32, each counts as two
   double read_bandwidth = 0, triad_bandwidth = 0;  ///< bytes per second, arrays far beyond the caches
   double launch_seconds = 0;                       ///< of one launch among many
   double launch_and_finish_seconds = 0;            ///< of one launch and the wait for its end
+  double matrix_flops = 0;  ///< the same by matrix units in the device's arithmetic; 0 when that is fp32
+  std::string matrix_units = "none";  ///< and the arithmetic they run, if any
 
   double peak_flops() const { return std::max(flops, matrix_flops); }
   double bandwidth() const { return std::max(read_bandwidth, triad_bandwidth); }

@@ -72,7 +72,9 @@ void add_tune(CLI::App& app, const Globals& globals) {
       ->excludes(quick)
       ->excludes(filter);
   command->callback([options, &globals] {
-    Device device(globals.device);
+    DeviceOptions in_fp32 = globals.device;  // the kernels that have tiles to choose
+    in_fp32.math = "fp32";
+    Device device(in_fp32);
     options->reset ? reset(device) : tune(device, *options, globals);
   });
 }

@@ -15,7 +15,8 @@ constexpr std::int64_t panel = 64;
 struct RowTiles {
   RowTiles(const Launch& launch, const Shape& k, const Shape& values) : group(launch.gpu() ? 64 : 1) {
     // Matrix units take 32 rows at a time.
-    const Tile tile = launch.bf16() ? Tile{4, 4, 16} : choose_tile(launch, TiledKernel::attention, panel);
+    const Tile tile =
+        launch.matrix_tiles() ? Tile{4, 4, 16} : choose_tile(launch, TiledKernel::attention, panel);
     defines = {{"INNER_CHANNELS", k.channels()},
                {"OUTER_CHANNELS", values.channels()},
                {"TILE_ROWS", tile.rows},

@@ -30,7 +30,8 @@ struct AttentionStatisticsOp final : Op {
   }
   void launch(Launch& launch) const override {
     const Tensor& mean = launch.out(0);
-    auto call = launch.kernel("attention_statistics.cl", "attention_statistics");
+    auto call = launch.kernel("attention_statistics.cl", "attention_statistics",
+                              {{"SPLIT_PRODUCTS", launch.matrix_tiles() ? 1 : 0}});
     call.args(launch.in(0), launch.in(1), mean, launch.out(1), mean.rows(), mean.channels());
     run_over_rows(call, launch, mean.rows(), mean.channels());
   }

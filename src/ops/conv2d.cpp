@@ -63,12 +63,11 @@ struct Conv2d final : Op {
             {"HAS_BIAS", launch.in(2) ? 1 : 0}, {"ACTIVATION", static_cast<int>(activation)}};
   }
   void launch(Launch& launch) const override {
+    if (suits_bf16(launch, launch.in(0).channels()) && (launch.matrix_tiles() || !winograd))
+      return launch_bf16(launch);
     // Winograd's last tiles reach beyond the image whatever the padding is.
     if (winograd || (pad > 0 && !reflect)) launch.zero(launch.workspace());
-    if (suits_bf16(launch, launch.in(0).channels()) && (launch.matrix_tiles() || !winograd))
-      launch_bf16(launch);
-    else
-      winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);
+    winograd && !launch.gpu() ? launch_winograd(launch) : launch_taps(launch);
   }
   void launch_bf16(Launch& launch) const {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();

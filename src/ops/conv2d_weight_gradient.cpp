@@ -54,7 +54,8 @@ struct Conv2dWeightGradient final : Op {
     return {{DType::real, {std::max(rows, tiles), x[2] * grad[2]}}, {DType::real, {std::max(x[2], grad[2])}}};
   }
   void launch(Launch& launch) const override {
-    if (launch.bf16() && std::min(launch.in(0)[2], launch.in(1)[2]) >= least_bf16_channels)
+    const std::int64_t m = launch.in(0)[2], n = launch.in(1)[2];
+    if (launch.bf16() && std::min(m, n) >= least_bf16_channels && m + n <= most_channels)
       launch_bf16(launch);
     else
       winograd(launch.in(0).shape(), launch.in(1).shape()) && !launch.gpu() ? launch_winograd(launch)

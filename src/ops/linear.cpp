@@ -149,7 +149,7 @@ struct OuterSum final : Op {
     launch.kernel("linear.cl", "transpose")
         .args(x, transposed, x.rows(), x.channels(), launch.count_of(x))
         .run({static_cast<std::size_t>(x.rows()), 1, 1}, {16, 1, 1});
-    pack_bf16(launch, y, packed, false, 1, x.rows(), y.channels());
+    pack_bf16(launch, y, packed, false, 1, x.rows(), y.channels(), launch.count_of(x));
     launch_bf16_product(launch, transposed, packed, {}, launch.out(), 0, 0);
   }
   void launch_chunks_bf16(Launch& launch) const {
@@ -166,7 +166,9 @@ struct OuterSum final : Op {
   void launch(Launch& launch) const override {
     const Tensor &x = launch.in(0), &y = launch.in(1);
     const bool packed = packs(x.shape(), y.shape());
-    if (on_units(launch)) return packed ? launch_packed_bf16(launch) : launch_chunks_bf16(launch);
+    // Packed, the rows are the channels of a product: few of them are packed as for fp32.
+    if (on_units(launch) && (!packed || suits_bf16(launch, x.rows())))
+      return packed ? launch_packed_bf16(launch) : launch_chunks_bf16(launch);
     if (packed) return launch_packed(launch);
     const bool swap = vectors_suit_first(x.channels(), y.channels());
     const Tensor &a = swap ? y : x, &b = swap ? x : y;

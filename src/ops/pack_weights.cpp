@@ -26,7 +26,10 @@ struct PackWeights final : Op {
   void launch(Launch& launch) const override {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const Extents e = extents(w.shape());
-    if (suits_bf16(launch, e.k)) return pack_bf16(launch, w, packed, transposed, e.taps, e.k, e.n);
+    // A given panel is attention's, which runs on tiles alone, and has no limit of keys.
+    const bool on_units =
+        panel > 0 ? launch.matrix_tiles() && e.k >= least_bf16_channels : suits_bf16(launch, e.k);
+    if (on_units) return pack_bf16(launch, w, packed, transposed, e.taps, e.k, e.n, launch.count_of(w));
     launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
         .args(w, packed, e.taps, e.k, e.n, packed.channels(), packed[1], launch.count_of(w))
         .run({static_cast<std::size_t>(packed[1]), static_cast<std::size_t>(packed[0]), 1}, {16, 1, 1});
@@ -55,10 +58,10 @@ std::string memo_name(bool transposed, std::int64_t panel) {
 }  // namespace
 
 void pack_bf16(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,
-               std::int64_t k, std::int64_t n) {
+               std::int64_t k, std::int64_t n, const Tensor& count) {
   const std::int64_t panel = packed.channels();
   launch.kernel("pack_weights.cl", "pack_weights_bf16", {{"TRANSPOSED", transposed ? 1 : 0}})
-      .args(w, packed, taps, k, n, panel, launch.count_of(w))
+      .args(w, packed, taps, k, n, panel, count)
       .run({static_cast<std::size_t>(taps * packed_rows(k) / 2), tiles(n, panel), 1}, {16, 1, 1});
 }
 

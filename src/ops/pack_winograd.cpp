@@ -28,7 +28,7 @@ struct PackWinograd final : Op {
     const auto panels = static_cast<std::size_t>(packed[0]);
     const Defines defines = {{"TRANSPOSED", transposed ? 1 : 0}};
     if (launch.matrix_tiles())
-      pack_bf16(launch, w, packed, transposed, 9, k, n);
+      pack_bf16(launch, w, packed, transposed, 9, k, n, {});
     else if (launch.gpu())
       launch.kernel("pack_weights.cl", "pack_weights", defines)
           .args(w, packed, 9, k, n, packed.channels(), packed[1], Tensor{})

@@ -18,11 +18,11 @@ inline std::int64_t panel_width(std::int64_t n) {
 
 /// Rows of a panel for one tap of K input channels: padded for matrix units, which take 32 at a time, unless
 /// there are so few that these do not pay.
-constexpr std::int64_t least_bf16_channels = 16;
+constexpr std::int64_t least_bf16_channels = 16, most_bf16_channels = 4096;
 inline std::int64_t packed_rows(std::int64_t k) { return k < least_bf16_channels ? k : (k + 31) / 32 * 32; }
-/// Whether the product with K input channels runs on matrix units here.
+/// Whether the product with K input channels runs on matrix units here: a work-item keeps 32 rows of them.
 inline bool suits_bf16(const Launch& launch, std::int64_t k) {
-  return launch.bf16() && k >= least_bf16_channels;
+  return launch.bf16() && k >= least_bf16_channels && k <= most_bf16_channels;
 }
 
 /// The tile of a kernel for panels of `panel` columns: what `vivant tune` found on this device, or the
@@ -49,9 +49,10 @@ inline std::size_t tiles(std::int64_t extent, std::int64_t tile) {
   return static_cast<std::size_t>((extent + tile - 1) / tile);
 }
 
-/// Packs w [taps, K, N], or with `transposed` what pack_weights makes of it, as pairs for matrix units.
+/// Packs w [taps, K, N], or with `transposed` what pack_weights makes of it, as pairs for matrix units; K >=
+/// least_bf16_channels. `count`: live rows of w, or null.
 void pack_bf16(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,
-               std::int64_t k, std::int64_t n);
+               std::int64_t k, std::int64_t n, const Tensor& count);
 
 /// Launches y [taps, m, n] = sum of partial [chunks, taps, m, n], chunk after chunk; transposed: y [taps, n,
 /// m].

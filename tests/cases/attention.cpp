@@ -75,6 +75,9 @@ const Register registration(OpCase{
                    {{7, 70, 3, 2, 66, 1}, {{"cosine", true}, {"scale", 0.5}}}},
     .inputs = inputs,
     .reference = reference,
+    .for_matrix_units = {{{61, 130, 40, 33, 70, 1}},
+                         {{70, 97, 64, 64, -1, 0}, {{"scale", 0.3}}},
+                         {{65, 70, 20, 48, -1, 1}, {{"cosine", true}}}},
     .benchmark = {{4096, 4096, 256, 256, -1, 0}, {{"scale", 0.1}}},
     .flops =
         [](const Variation& v) {

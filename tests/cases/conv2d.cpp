@@ -66,6 +66,7 @@ const Register registration(OpCase{
                    {{28, 25, 32, 16, 3}, {{"padding", "reflect"}}}},
     .inputs = inputs,
     .reference = reference,
+    .for_matrix_units = {{{9, 270, 20, 33, 3}}, {{5, 45, 64, 70, 3}, {{"padding", "reflect"}}}},
     .benchmark = {{128, 128, 64, 64, 3}},
     .flops =
         [](const Variation& v) {

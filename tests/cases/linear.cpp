@@ -39,9 +39,12 @@ const Register registration(OpCase{
                    {{150, 20, 48, 101, 1}, {{"activation", "softplus"}}},
                    {{700, 5, 3, 0, 1}},
                    {{67, 5, 19, 41, 67}},
-                   {{29, 65, 67, 23, 1}}},  // the weight gradient packs its operands
+                   {{29, 65, 67, 23, 1}},  // the weight gradient packs its operands
+                   {{1, 64, 64, -1, 1}},
+                   {{9, 65, 67, -1, 1}}},
     .inputs = inputs,
     .reference = reference,
+    .for_matrix_units = {{{2100, 40, 70, 2050, 1}}},
     .benchmark = {{196608, 128, 128, -1, 1}},
     .flops =
         [](const Variation& v) { return 2.0 * static_cast<double>(v.sizes[0] * v.sizes[1] * v.sizes[2]); },

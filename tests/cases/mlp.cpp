@@ -68,6 +68,7 @@ const Register register_mlp(OpCase{
                    {{131, 97, 2, 39, 64, 48}}},
     .inputs = inputs,
     .reference = reference,
+    .for_matrix_units = {{{700, 650, 2, 33, 70, 20}}},
     .gradient_tolerance = 1e-5,
     .step = 1e-7,
     .has_kinks = [](const Variation& v) { return v.sizes[2] != 2; },

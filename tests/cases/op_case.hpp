@@ -52,7 +52,8 @@ struct OpCase {
   std::function<std::vector<HostTensor>(const Variation&, Random&)>
       inputs;  ///< avoid kinks in values that are differentiated
   std::function<std::vector<HostTensor>(const Variation&, const std::vector<HostTensor>&)>
-      reference;            ///< plain loops in double
+      reference;                                 ///< plain loops in double
+  std::vector<Variation> for_matrix_units = {};  ///< more variations for bf16: several blocks
   double tolerance = 1e-5;  ///< |value - reference| <= tolerance * (|reference| + rms of the reference)
   double gradient_tolerance = 1e-6;  ///< the same, double kernel against central differences
   double step = 1e-5;                ///< of the central differences
