@@ -11,10 +11,10 @@ Value linear(Value x, Value w, Value b = {}, Activation activation = Activation:
 /// x^T . y over all rows: x [..., M], y [..., N] -> [M, N]. The weight gradient of linear.
 Value outer_sum(Value x, Value y);
 
-/// Weights [K, N] or [taps..., K, N] in the layout that the matrix kernels read: [panels, taps * K (padded, see ops/tiles.hpp), panel
-/// columns]; rows beyond a device-side count become zeros. With `transposed`, the weights of the data
-/// gradient. Recorded once per graph and weight, however often it is asked for. The panel's width is chosen
-/// by the number of columns unless it is given.
+/// Weights [K, N] or [taps..., K, N] in the layout that the matrix kernels read: [panels, taps * K (padded,
+/// see ops/tiles.hpp), panel columns]; rows beyond a device-side count become zeros. With `transposed`, the
+/// weights of the data gradient. Recorded once per graph and weight, however often it is asked for. The
+/// panel's width is chosen by the number of columns unless it is given.
 Value pack_weights(Value w, bool transposed, std::int64_t panel = 0);
 
 /// Makes pack_weights return `packed` for `w` in this graph: frozen weights that were packed once and for
