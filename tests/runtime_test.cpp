@@ -24,7 +24,7 @@ struct Workshop {
     const Kernel kernel = device.kernel("probe.cl", "probe", options);
     const Buffer y = device.allocate(sizeof(float));
     const cl_mem memory = y.get();
-    check(clSetKernelArg(kernel.get(), 0, sizeof(memory), &memory), "clSetKernelArg");
+    check(clSetKernelArg(kernel.get(), 0, sizeof(cl_mem), &memory), "clSetKernelArg");
     const std::size_t one = 1;
     check(clEnqueueNDRangeKernel(device.queue(), kernel.get(), 1, nullptr, &one, &one, 0, nullptr, nullptr),
           "clEnqueueNDRangeKernel");
@@ -193,7 +193,7 @@ TEST_CASE("runtime: kernels are timed by name when asked for") {
   const Kernel kernel = device.kernel("probe.cl", "probe", "");
   const Buffer y = device.allocate(64 * sizeof(float));
   const cl_mem memory = y.get();
-  check(clSetKernelArg(kernel.get(), 0, sizeof(memory), &memory), "clSetKernelArg");
+  check(clSetKernelArg(kernel.get(), 0, sizeof(cl_mem), &memory), "clSetKernelArg");
   const std::size_t items = 64;
   for (int i = 0; i < 3; ++i) {
     cl_event event = nullptr;

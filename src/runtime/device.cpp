@@ -145,7 +145,7 @@ int Device::wrong_products() {
       fmt::format("-cl-std=CL1.2 -cl-denorms-are-zero -DMATRIX_UNITS={}", static_cast<int>(units_)));
   const Buffer count = allocate(sizeof(cl_int));
   cl_mem memory = count.get();
-  check(clSetKernelArg(kernel.get(), 0, sizeof(memory), &memory), "clSetKernelArg");
+  check(clSetKernelArg(kernel.get(), 0, sizeof(cl_mem), &memory), "clSetKernelArg");
   launch(kernel, "check_units", {1, 1, 1}, {1, 1, 1});
   cl_int wrong = 0;
   read(count, &wrong, sizeof(wrong));
