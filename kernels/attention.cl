@@ -35,14 +35,12 @@
   stage_rows(x + (size_t)first * (channels), channels, channels, end - first, name, PAIRS_OF(channels),           \
              ROWS * PAIRS_OF(channels), products);
 #define MULTIPLY_ROWS(name, x, channels, packed, j, products, s)                                                  \
-  if (channels >= 16)                                                                                             \
+  if (channels >= FEWEST_CHANNELS)                                                                                             \
     multiply_rows_bf16(PASS_REGISTERS name, PAIRS_OF(channels), end - first, (IN uint*)packed, j, products, s);   \
   else                                                                                                            \
     multiply_rows(x, channels, first, end, panel_at(packed, channels, j), s);
 #define ADD_PRODUCTS(products, ...) add_products_bf16(PASS_REGISTERS products, __VA_ARGS__)
 #else
-#define BEGIN_UNITS
-#define END_UNITS
 #define STAGE_ROWS(name, x, channels, products)
 #define MULTIPLY_ROWS(name, x, channels, packed, j, products, s) \
   multiply_rows(x, channels, first, end, panel_at(packed, channels, j), s);
@@ -120,7 +118,7 @@ INLINE void multiply_rows_bf16(REGISTERS const uint* staged, int pairs, int live
 // What add_products does. Few rows are packed as for fp32.
 INLINE void add_products_bf16(REGISTERS int products, const float* s, const float* factor, int live, IN float* packed, int packed_rows,
                               int block, GLOBAL float* y, int columns, int first, int end) {
-  if (packed_rows < 16) {
+  if (packed_rows < FEWEST_CHANNELS) {
     add_products(s, factor, live, packed, packed_rows, block, y, columns, first, end);
     return;
   }

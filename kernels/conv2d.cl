@@ -175,11 +175,6 @@ KERNEL void conv2d_forward_bf16(IN float* restrict x, IN uint* restrict packed, 
   END_UNITS
 }
 
-#ifndef OUTER
-#define OUTER 32
-#endif
-#define INNER_PADDED ((INNER + BLOCK_ROWS - 1) / BLOCK_ROWS * BLOCK_ROWS)
-#define OUTER_PADDED ((OUTER + PANEL - 1) / PANEL * PANEL)
 // Columns of a span, and those of x that they and their taps read.
 #ifndef SPAN
 #define SPAN 64

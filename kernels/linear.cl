@@ -139,12 +139,6 @@ KERNEL void linear_forward_bf16(IN float* restrict x, IN uint* restrict packed, 
   END_UNITS
 }
 
-#ifndef OUTER
-#define OUTER 32
-#endif
-#define INNER_PADDED ((INNER + BLOCK_ROWS - 1) / BLOCK_ROWS * BLOCK_ROWS)
-#define OUTER_PADDED ((OUTER + PANEL - 1) / PANEL * PANEL)
-
 // ROWS rows of a and b, whose `live` first exist, as the operands of a^T b.
 INLINE void stage_outer(IN float* a, IN float* b, int live, uint* left, uint* right) {
   for (int row = 0; row < ROWS; row += 32) {

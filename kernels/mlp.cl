@@ -36,12 +36,6 @@
 #define BLOCKS(n) (((n) + 15) / 16)
 #define PADDED(n) (BLOCKS(n) > 4 && BLOCKS(n) % 4 && BLOCKS(n) % 3 ? ((n) + 63) / 64 * 64 : BLOCKS(n) * 16)
 
-#if !MATRIX_UNITS
-#define BEGIN_UNITS
-#define END_UNITS
-#define REGISTERS
-#define PASS_REGISTERS
-#endif
 #if GPU_FORM
 #define BUFFER __local
 #define BLOCK get_group_id(0)
@@ -170,8 +164,6 @@ DEFINE_TILES(6, 4)
   (panel) == VW ? function##_1(__VA_ARGS__) : (panel) == 2 * VW ? function##_2(__VA_ARGS__)                  \
                                             : (panel) == 3 * VW ? function##_3(__VA_ARGS__) : function##_4(__VA_ARGS__)
 
-// Fewer than 16 inputs do not pay on matrix units; their weights are packed as for fp32.
-#define FEWEST_CHANNELS 16
 #if MATRIX_UNITS
 #define WIDEST_PAIRS PAIRS_OF(WIDEST)
 
