@@ -74,13 +74,17 @@ void check_layers(const cv::Mat& both, const cv::Mat& scene_style, const cv::Mat
 /// `vivant eval --style` measures what `vivant render --style` has rendered, and writes its report.
 void check_evaluation(const std::string& run, const fs::path& folder, const std::string& style) {
   const std::string report = folder / "report";
-  for (const std::string flow : {"geometry", "dis"}) {
+  std::map<std::string, nlohmann::json> unstylised;
+  std::string chosen;
+  for (const std::string flow : {"geometry", "auto", "dis"}) {
     const Finished evaluated =
         run_vivant("eval " + run + " --views test --flow " + flow + " --style " + style +
                    " --film again=" + (folder / "in_red").string() + " --json -o " + report);
     REQUIRE_MESSAGE(evaluated.exit_code == 0, evaluated.err);
     const nlohmann::json films = nlohmann::json::parse(evaluated.out).at("films");
     REQUIRE(films.size() == 4);
+    unstylised[flow] = films[0].at("consistency");
+    if (flow == "auto") chosen = nlohmann::json::parse(evaluated.out).at("flow");
     const std::vector<std::string> names = {"unstylised", "capture", "vivant", "again"};
     for (std::size_t i = 0; i < names.size(); ++i) CHECK(films[i].at("film") == names[i]);
     CHECK(films[2].at("consistency") == films[3].at("consistency"));
@@ -89,6 +93,9 @@ void check_evaluation(const std::string& run, const fs::path& folder, const std:
     CHECK(films[2].at("style").at("content") > 0.1);
     CHECK(films[2].at("consistency").at(0).at("rmse") != films[0].at("consistency").at(0).at("rmse"));
   }
+  CHECK(unstylised["geometry"] != unstylised["dis"]);
+  CHECK(unstylised["auto"] == unstylised[contains(chosen, "DIS on") ? "dis" : "geometry"]);
+  CHECK(contains(chosen, "(chosen: "));
   const std::string page = read_whole_file(report + "/index.html");
   for (const char* part : {"<svg", "<video", "again", "ST-LPIPS", "DIS on the capture"})
     CHECK(contains(page, part));

@@ -67,13 +67,15 @@ void add_eval(CLI::App& app, const Globals& globals) {
       ->add_option_function<std::string>(
           "--flow",
           [&film](const std::string& name) {
-            film.flow = name == "dis" ? FlowKind::dis : FlowKind::geometry;
+            film.flow = name == "dis"        ? FlowKind::dis
+                        : name == "geometry" ? FlowKind::geometry
+                                             : FlowKind::automatic;
           },
-          "where the optical flow comes from: the geometry of the rendered views, or DIS on the capture's "
-          "pictures "
-          "(of other views: on the unstylised film)")
-      ->check(CLI::IsMember({"geometry", "dis"}))
-      ->default_str("geometry");
+          "where the optical flow comes from: the geometry of the rendered views, DIS on the capture's "
+          "pictures (of other views: on the unstylised film), or the one with which the unstylised film "
+          "changes less")
+      ->check(CLI::IsMember({"auto", "geometry", "dis"}))
+      ->default_str("auto");
   command
       ->add_option_function<std::vector<std::string>>(
           "--film",

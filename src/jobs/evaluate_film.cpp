@@ -1,6 +1,7 @@
 #include "vivant/jobs/evaluate_film.hpp"
 
 #include <algorithm>
+#include <array>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
@@ -12,6 +13,7 @@
 #include "vivant/jobs/film_stylizer.hpp"
 #include "vivant/jobs/flow.hpp"
 #include "vivant/jobs/interrupt.hpp"
+#include "vivant/jobs/picture_scores.hpp"
 
 namespace vivant {
 namespace {
@@ -77,6 +79,44 @@ void write_films(const fs::path& folder, const std::vector<NamedFilm>& films, do
   }
 }
 
+/// The mean error of a film against its next frames, warped by each of two flows, over the pixels that both
+/// trust.
+std::array<double, 2> errors_with(const std::vector<cv::Mat>& frames,
+                                  const std::array<FlowSource, 2>& flows) {
+  std::array<double, 2> sums = {};
+  for (int t = 0; t + 1 < static_cast<int>(frames.size()); ++t) {
+    const std::array<cv::Mat, 2> forward = {flows[0](t, t + 1), flows[1](t, t + 1)};
+    const cv::Mat visible =
+        visible_pixels(forward[0], flows[0](t + 1, t)) & visible_pixels(forward[1], flows[1](t + 1, t));
+    if (cv::countNonZero(visible) == 0) continue;
+    for (int i : {0, 1})
+      sums[i] += rmse(frames[t], warped(frames[t + 1], forward[i]), visible) /
+                 static_cast<double>(frames.size() - 1);
+  }
+  return sums;
+}
+
+/// The flow that measures a film, and where it comes from.
+struct ChosenFlow {
+  FlowSource source;
+  std::string name;
+};
+
+ChosenFlow chosen_flow(FlowKind kind, const FlowSource& geometry, const FlowSource& dis, bool captured,
+                       const std::vector<cv::Mat>& unstylised) {
+  const ChosenFlow of_geometry{geometry, "geometry of the rendered views"};
+  const ChosenFlow of_dis{dis, captured ? "DIS on the capture's pictures" : "DIS on the unstylised film"};
+  if (kind != FlowKind::automatic) return kind == FlowKind::dis ? of_dis : of_geometry;
+  const auto [by_geometry, by_dis] = errors_with(unstylised, {geometry, dis});
+  ChosenFlow chosen = by_dis < by_geometry ? of_dis : of_geometry;
+  chosen.name += fmt::format(
+      " (chosen: where both can be trusted, the unstylised film's RMSE at gap 1 is {:.4f} by geometry, "
+      "{:.4f} "
+      "by DIS)",
+      by_geometry, by_dis);
+  return chosen;
+}
+
 }  // namespace
 
 FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, Progress& progress) {
@@ -98,21 +138,19 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
 
   Rendered rendered = render_films(device, run, scene, film, options.look, progress);
   const std::vector<cv::Mat> captured = captured_pictures(run.capture, film);
-  const bool dis = options.flow == FlowKind::dis;
   const std::vector<cv::Mat>& seen = captured.empty() ? rendered.plain.frames : captured;
   const HumanModel* human = run.model->human();
   const SurfaceFlow surface(human ? &human->body().body() : nullptr, film.units_per_metre);
-  const FlowSource flow = [&](int from, int to) {
-    return dis ? dis_flow(seen[from], seen[to]) : surface.flow(rendered.views[from], rendered.views[to]);
-  };
+  const ChosenFlow flow = chosen_flow(
+      options.flow, [&](int from, int to) { return surface.flow(rendered.views[from], rendered.views[to]); },
+      [&](int from, int to) { return dis_flow(seen[from], seen[to]); }, !captured.empty(),
+      rendered.plain.frames);
   std::vector<NamedFilm> films = {rendered.plain, rendered.stylised};
   if (!captured.empty()) films.insert(films.begin() + 1, {"capture", captured});
   films.insert(films.end(), others.begin(), others.end());
   const StyleMixture& style = options.look.scene.empty() ? options.look.person : options.look.scene;
-  FilmQuality quality = measure_films(device, films, flow, read_image(style[0].picture), progress);
-  quality.flow = !dis               ? "geometry of the rendered views"
-                 : captured.empty() ? "DIS on the unstylised film"
-                                    : "DIS on the capture's pictures";
+  FilmQuality quality = measure_films(device, films, flow.source, read_image(style[0].picture), progress);
+  quality.flow = flow.name;
   if (options.output.empty()) return quality;
   make_folder(options.output);
   Report report = quality.report();

@@ -44,11 +44,11 @@ class FilmRenderer::Layers {
   }
 
  private:
-  /// The mean depth of what is seen, where most of the light comes from something.
+  /// The depth of what is seen, where most of the light comes from something.
   static std::vector<float> surface_depth(const RenderedView& view) {
     std::vector<float> depth(view.depth.size());
     for (std::size_t i = 0; i < depth.size(); ++i)
-      if (view.alpha[i] > 0.5f) depth[i] = view.depth[i] / view.alpha[i];
+      if (view.alpha[i] > 0.5f) depth[i] = view.depth[i];
     return depth;
   }
 

@@ -2,6 +2,7 @@
 
 #include "vivant/ops/concat.hpp"
 #include "vivant/ops/merge_samples.hpp"
+#include "vivant/ops/peak_depth.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
@@ -27,7 +28,8 @@ CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSample
           .human_hidden = weighted_sum(split.b, human_samples.hidden, human_samples.ids),
           .scene_alpha = sum_channels(split.a),
           .human_alpha = sum_channels(split.b),
-          .depth = weights.depth};
+          .scene_depth = peak_depth(split.a, scene_samples.depths),
+          .human_depth = peak_depth(split.b, human_samples.depths)};
 }
 
 Value composite_output(Graph& graph, const SceneModel& scene, const HumanModel& human,

@@ -5,6 +5,7 @@
 
 #include "vivant/data/camera_table.hpp"
 #include "vivant/ops/elementwise.hpp"
+#include "vivant/ops/peak_depth.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
@@ -139,16 +140,18 @@ void HumanRenderer::build(int width, int height) {
     output_ = composite_output(graph, scene, model_, both, options_.output);
     alpha_ = both.human_alpha;
     opacity_ = add(both.scene_alpha, both.human_alpha);
-    depth_ = both.depth;
+    depth_ = both.human_depth;
+    scene_depth_ = both.scene_depth;
   } else {
     const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
     opacity_ = alpha_ = sum_channels(weights.weight);
-    depth_ = weights.depth;
+    depth_ = peak_depth(weights.weight, samples.depths);
     output_ = model_.field().output(graph, options_.output,
                                     weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
   }
-  executor_ = std::make_unique<Executor>(device_, graph,
-                                         Values{output_, alpha_, opacity_, depth_, person_->overflow()});
+  Values outputs = {output_, alpha_, opacity_, depth_, person_->overflow()};
+  if (options_.scene) outputs.push_back(scene_depth_);
+  executor_ = std::make_unique<Executor>(device_, graph, outputs);
 }
 
 PersonView HumanRenderer::render(const Camera& camera, const PersonState& state) {
@@ -168,6 +171,7 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
   view.alpha.resize(pixels.size());
   view.opacity.resize(pixels.size());
   view.depth.resize(pixels.size());
+  std::vector<float> scene_depth(options_.scene ? pixels.size() : 0);
   const auto prepare = [&] {
     executor_->write(camera_, std::span<const float>(camera_table(std::span(&camera, 1))));
     person_->write(*executor_, state);
@@ -194,10 +198,11 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
     copy(alpha_, view.alpha, 1);
     copy(opacity_, view.opacity, 1);
     copy(depth_, view.depth, 1);
+    if (options_.scene) copy(scene_depth_, scene_depth, 1);
     first += count;
   }
-  for (std::size_t i = 0; i < view.depth.size(); ++i)
-    view.depth[i] = view.opacity[i] > 0 ? view.depth[i] / view.opacity[i] : 0;
+  for (std::size_t i = 0; i < scene_depth.size(); ++i)
+    if (!(view.alpha[i] > 0.5f)) view.depth[i] = scene_depth[i];
   return view;
 }
 

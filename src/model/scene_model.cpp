@@ -1,6 +1,7 @@
 #include "vivant/model/scene_model.hpp"
 
 #include "vivant/ops/elementwise.hpp"
+#include "vivant/ops/peak_depth.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 #include "vivant/ops/weighted_units.hpp"
@@ -88,7 +89,7 @@ RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, doubl
   const Graph::Scope scope(graph, "scene");
   const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
   return {rendered_hidden(graph, samples, weights.weight, threshold), sum_channels(weights.weight),
-          weights.depth, weights.weight};
+          peak_depth(weights.weight, samples.depths), weights.weight};
 }
 
 std::vector<float> occupied_points(const SceneSpace& space, const PointCloud& cloud) {

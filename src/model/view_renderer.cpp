@@ -63,8 +63,6 @@ RenderedView SceneRenderer::render(const Camera& camera) {
     copy(alpha_, view.alpha, 1);
     copy(depth_, view.depth, 1);
   }
-  for (std::int64_t i = 0; i < pixels; ++i)
-    view.depth[i] = view.alpha[i] > 0 ? view.depth[i] / view.alpha[i] : 0;
   return view;
 }
 

@@ -12,7 +12,8 @@ namespace vivant {
 
 /// Where the optical flow of a film comes from.
 enum class FlowKind {
-  geometry,  ///< of the rendered views: depth of the scene, skinning of the body
+  automatic,  ///< of the two below the one with which the unstylised film changes less
+  geometry,   ///< of the rendered views: depth of the scene, skinning of the body
   dis  ///< OpenCV's DIS on the capture's pictures, where the film shows them, else on the unstylised film
 };
 
@@ -21,7 +22,7 @@ struct FilmEvaluationOptions {
   std::filesystem::path scene;  ///< as in RenderOptions
   FilmOptions film;
   Look look;
-  FlowKind flow = FlowKind::geometry;
+  FlowKind flow = FlowKind::automatic;
   /// Films by other methods, made of the unstylised one: name, and an .mp4 or a folder of pictures in the
   /// order of their names.
   std::vector<std::pair<std::string, std::filesystem::path>> others;

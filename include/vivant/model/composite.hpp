@@ -18,7 +18,7 @@ Intervals intervals_from(const std::string& name);
 struct CompositeRays {
   Value scene_hidden, human_hidden;  ///< [R, 128]
   Value scene_alpha, human_alpha;    ///< [R, 1]
-  Value depth;                       ///< [R, 1] expected depth
+  Value scene_depth, human_depth;    ///< [R, 1], of what each shows, see peak_depth
 };
 
 /// Merges the samples of both fields by depth (at equal depths the scene comes first) and renders them with

@@ -51,7 +51,8 @@ struct PersonView {
                                ///< premultiplied with alpha
   std::vector<float> alpha;    ///< [h, w] of the person
   std::vector<float> opacity;  ///< [h, w] of person and scene together
-  std::vector<float> depth;  ///< [h, w] expected depth along the ray in the cameras' unit; 0 where nothing is
+  std::vector<float> depth;    ///< [h, w] along the ray, in the cameras' unit, of the surface (peak_depth):
+                               ///< the person's where its alpha is above 1/2, else the scene's
 
   /// For colours: puts the person alone over a picture, CV_8UC3 RGB.
   void draw_over(cv::Mat& picture) const;
@@ -88,7 +89,7 @@ class HumanRenderer {
   int width_ = 0, height_ = 0;  // of the graph below
   std::unique_ptr<Graph> graph_;
   std::unique_ptr<PersonInputs> person_;
-  Value camera_, pixels_, output_, alpha_, opacity_, depth_;
+  Value camera_, pixels_, output_, alpha_, opacity_, depth_, scene_depth_;
   std::unique_ptr<Executor> executor_;
 };
 

@@ -18,7 +18,7 @@ struct FieldSamples {
 struct RenderedRays {
   Value hidden;  ///< [R, 128]
   Value alpha;   ///< [R, 1]
-  Value depth;   ///< [R, 1], expected depth
+  Value depth;   ///< [R, 1], of the surface, see peak_depth
   Value weight;  ///< [R, S]
 };
 

@@ -16,7 +16,7 @@ struct RenderedView {
   int width = 0, height = 0;
   std::vector<float> pixels;  ///< [H, W, C]: colours, or another Output
   std::vector<float> alpha;   ///< [H, W]
-  std::vector<float> depth;   ///< [H, W], expected depth along the ray; 0 where alpha is 0
+  std::vector<float> depth;   ///< [H, W], along the ray, of the surface, see peak_depth
 
   /// Colours as CV_8UC3 RGB, clamped and rounded.
   cv::Mat rgb8() const;
