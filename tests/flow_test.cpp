@@ -40,11 +40,12 @@ cv::Mat wall_in_fog(const Camera& camera, double distance) {
   store.allocate(test_device());
   const std::int64_t count = static_cast<std::int64_t>(camera.width) * camera.height;
   std::vector<double> origins, directions;
-  for (int i = 0; i < count; ++i) {
-    const Ray ray = camera.ray({i % camera.width + 0.5, i / camera.width + 0.5});
-    origins.insert(origins.end(), ray.origin.begin(), ray.origin.end());
-    directions.insert(directions.end(), ray.direction.begin(), ray.direction.end());
-  }
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Ray ray = camera.ray({x + 0.5, y + 0.5});
+      origins.insert(origins.end(), ray.origin.begin(), ray.origin.end());
+      directions.insert(directions.end(), ray.direction.begin(), ray.direction.end());
+    }
   Graph graph;
   const Rays rays{graph.constant({count, 3}, origins), graph.constant({count, 3}, directions)};
   FieldSamples samples = scene.sample(graph, scene.field().planes(graph), rays, nullptr);

@@ -71,7 +71,10 @@ TEST_CASE("interrupt: a signal sets the flag, and the former handler comes back"
   {
     const InterruptGuard guard;
     CHECK_FALSE(interrupted());
-    std::raise(SIGTERM);
+    { const InterruptGuard within; }
+    std::raise(SIGTERM);  // caught, though the inner guard has gone
+    CHECK(interrupted());
+    const InterruptGuard later;  // a job within a job that was stopped
     CHECK(interrupted());
   }
   std::raise(SIGTERM);  // ignored again, else this ends the test program

@@ -24,6 +24,7 @@ void add_train(CLI::App& app, const Globals& globals);
 void add_render(CLI::App& app, const Globals& globals);
 void add_batch(CLI::App& app, const Globals& globals);
 void add_eval(CLI::App& app, const Globals& globals);
+void add_reproduce(CLI::App& app, const Globals& globals);
 void add_stylise(CLI::App& app, const Globals& globals);
 
 }  // namespace vivant::app

@@ -74,6 +74,7 @@ int run(int argc, char** argv) {
   vivant::app::add_batch(app, globals);
   vivant::app::add_eval(app, globals);
   vivant::app::add_stylise(app, globals);
+  vivant::app::add_reproduce(app, globals);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

@@ -7,6 +7,7 @@
 
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/video.hpp"
+#include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/picture_scores.hpp"
 #include "vivant/model/composite_renderer.hpp"
 #include "vivant/nn/stlpips.hpp"
@@ -224,6 +225,7 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
     evaluation.frames.push_back(frame_score(perceptual, frame, evaluation.truth.back(), truth.mask(index),
                                             evaluation.rendered.back(), view.person));
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
+    if (interrupted()) throw Interrupted("stopped while comparing");
   }
   evaluation.mean = mean_score(evaluation.frames);
   progress.end();

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "vivant/jobs/flow.hpp"
+#include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/picture_scores.hpp"
 #include "vivant/nn/stlpips.hpp"
 #include "vivant/runtime/error.hpp"
@@ -79,6 +80,7 @@ FilmQuality measure_films(Device& device, const std::vector<NamedFilm>& films, c
     for (int t = 0; t + gap < quality.frames; ++t) {
       visible += add_pair(perceptual, films, flow, t, gap, quality.films) / (quality.frames - gap);
       progress.report({.step = t + 1});
+      if (interrupted()) throw Interrupted("stopped while measuring");
     }
     progress.end();
     for (FilmScore& film : quality.films) {

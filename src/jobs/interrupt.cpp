@@ -13,6 +13,7 @@ std::atomic<bool> flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "the handler may only touch lock-free state");
 
 struct sigaction before[2];
+int guards = 0;  // that live: jobs within jobs share the first one's handlers and flag
 constexpr int signals[2] = {SIGINT, SIGTERM};
 
 void say(std::string_view text) {
@@ -30,6 +31,7 @@ void on_signal(int) {
 }  // namespace
 
 InterruptGuard::InterruptGuard() {
+  if (guards++ > 0) return;
   flag = false;
   struct sigaction action = {};
   action.sa_handler = on_signal;
@@ -39,6 +41,7 @@ InterruptGuard::InterruptGuard() {
 }
 
 InterruptGuard::~InterruptGuard() {
+  if (--guards > 0) return;
   for (int i = 0; i < 2; ++i) sigaction(signals[i], &before[i], nullptr);
 }
 

@@ -56,6 +56,11 @@ void Progress::record_in(const RunFolder& run) {
   log_->flush_on(spdlog::level::debug);
 }
 
+void Progress::record_nowhere() {
+  metrics_.close();
+  log_.reset();
+}
+
 void Progress::begin(const std::string& stage, std::int64_t done, std::int64_t steps) {
   end();
   stage_ = stage;

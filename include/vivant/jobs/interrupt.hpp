@@ -11,7 +11,8 @@ class Interrupted : public Error {
 };
 
 /// While one lives, the first SIGINT or SIGTERM sets a flag that jobs poll between steps; a second one ends
-/// the program at once, with exit code 130. The former handlers come back at the end.
+/// the program at once, with exit code 130. The former handlers come back at the end
+/// of the outermost one.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -20,7 +21,7 @@ class InterruptGuard {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 };
 
-/// Whether a signal came since the InterruptGuard was made.
+/// Whether a signal came since the outermost InterruptGuard was made.
 bool interrupted();
 
 }  // namespace vivant

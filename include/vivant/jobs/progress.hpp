@@ -40,6 +40,8 @@ class Progress {
 
   /// From now on reports are added to the run's metrics.jsonl and messages to its log.txt.
   void record_in(const RunFolder& run);
+  /// Ends that.
+  void record_nowhere();
 
   /// A stage of `steps` steps begins, of which `done` were done before, in an interrupted run.
   void begin(const std::string& stage, std::int64_t done, std::int64_t steps);
