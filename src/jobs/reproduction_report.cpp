@@ -208,11 +208,10 @@ std::vector<std::string> differences(const ReproductionPlan& plan, const StageRe
       "frame t + 1 and t + 7. The unstylised film is the most consistent one by nature; figures count beside "
       "its "
       "own, and beside the style distances: a film that is painted less flickers less.");
-  add(
-      fmt::format("Optical flow ({}). Of the original views it comes from the captured pictures, so that no "
-                  "method is measured "
-                  "by its own geometry. For other paintings see films/.",
-                  flows));
+  add(fmt::format(
+      "Optical flow ({}). Of the original views it comes from the captured pictures, so that no method is "
+      "measured by its own geometry.",
+      flows));
   add("AdaAttN is the program's own stylizer, frame by frame (`vivant stylise`): VGG-19 features of each "
       "picture, no "
       "scene. It has neither the authors' weights nor their decoder. LST, CCPL, IEContraAST, CSBNet and "

@@ -106,11 +106,7 @@ HumanFieldSamples in_units(HumanFieldSamples samples, double units) {
 }  // namespace
 
 HumanRenderer::HumanRenderer(Device& device, const HumanModel& model, const Options& options)
-    : device_(device),
-      model_(model),
-      options_(options),
-      planes_(device, model.field()),
-      capacity_(48 * options.tile_rays) {
+    : device_(device), model_(model), options_(options), planes_(device, model.field()) {
   if (options.scene) scene_planes_.emplace(device, options.scene->field());
 }
 
@@ -118,10 +114,11 @@ void HumanRenderer::build(int width, int height) {
   executor_.reset();
   width_ = width;
   height_ = height;
+  tile_ = std::min<std::int64_t>(options_.tile_rays, static_cast<std::int64_t>(width) * height);
   graph_ = std::make_unique<Graph>();
   Graph& graph = *graph_;
   camera_ = graph.input("camera", {1, camera_table_columns});
-  pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
+  pixels_ = graph.input("pixels", {tile_}, DType::i32);
   person_ = std::make_unique<PersonInputs>(graph, model_);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
   const double units = options_.units_per_metre;
@@ -129,7 +126,7 @@ void HumanRenderer::build(int width, int height) {
       person_->sample(
           graph, planes_.value(graph), metric(rays, units),
           {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray},
-          capacity_, options_.view_direction, options_.output),
+          room_ * tile_, options_.view_direction, options_.output),
       units);
   if (options_.scene) {
     const SceneModel& scene = *options_.scene;
@@ -177,14 +174,14 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
     person_->write(*executor_, state);
   };
   prepare();
-  const auto tile = static_cast<std::size_t>(options_.tile_rays);
+  const auto tile = static_cast<std::size_t>(tile_);
   for (std::size_t first = 0; first < pixels.size();) {
     std::vector<std::int32_t> ids(tile);
     for (std::size_t i = 0; i < tile; ++i) ids[i] = pixels[std::min(first + i, pixels.size() - 1)];
     executor_->write(pixels_, std::span<const std::int32_t>(ids));
     executor_->run();
     if (executor_->read_ints(person_->overflow())[0] != 0) {  // once more with room for more samples
-      capacity_ = std::min(2 * capacity_, options_.tile_rays * samples_per_ray);
+      room_ = std::min(2 * room_, samples_per_ray);
       build(camera.width, camera.height);
       prepare();
       continue;

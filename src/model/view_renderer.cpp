@@ -22,11 +22,12 @@ void SceneRenderer::build(int width, int height) {
   executor_.reset();
   width_ = width;
   height_ = height;
+  tile_ = std::min<std::int64_t>(options_.tile_rays, static_cast<std::int64_t>(width) * height);
   graph_ = std::make_unique<Graph>();
   Graph& graph = *graph_;
   const std::vector<float> table = camera_table(std::vector<Camera>(1));
   camera_ = graph.input("camera", {1, static_cast<std::int64_t>(table.size())});
-  pixels_ = graph.input("pixels", {options_.tile_rays}, DType::i32);
+  pixels_ = graph.input("pixels", {tile_}, DType::i32);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
   const FieldSamples samples = scene_.sample(graph, planes_.value(graph), rays, nullptr, options_.output);
   const RenderedRays rendered = scene_.render(graph, samples, options_.weight_threshold);
@@ -41,8 +42,7 @@ RenderedView SceneRenderer::render(const Camera& camera) {
   RenderedView view;
   view.width = camera.width;
   view.height = camera.height;
-  const std::int64_t pixels = static_cast<std::int64_t>(camera.width) * camera.height,
-                     tile = options_.tile_rays;
+  const std::int64_t pixels = static_cast<std::int64_t>(camera.width) * camera.height, tile = tile_;
   const std::int64_t channels = output_.shape().channels();
   view.pixels.resize(pixels * channels);
   view.alpha.resize(pixels);

@@ -85,8 +85,9 @@ class HumanRenderer {
   Options options_;
   BakedPlanes planes_;
   std::optional<BakedPlanes> scene_planes_;
-  std::int64_t capacity_;
+  std::int64_t room_ = 48;      // for samples, on the mean of a tile's rays
   int width_ = 0, height_ = 0;  // of the graph below
+  std::int64_t tile_ = 0;       // rays of a tile: small pictures have small ones
   std::unique_ptr<Graph> graph_;
   std::unique_ptr<PersonInputs> person_;
   Value camera_, pixels_, output_, alpha_, opacity_, depth_, scene_depth_;

@@ -41,6 +41,7 @@ class SceneRenderer {
   Options options_;
   BakedPlanes planes_;
   int width_ = 0, height_ = 0;  // of the graph below
+  std::int64_t tile_ = 0;       // rays of a tile: small pictures have small ones
   std::unique_ptr<Graph> graph_;
   Value camera_, pixels_, output_, alpha_, depth_, overflow_;
   std::unique_ptr<Executor> executor_;
