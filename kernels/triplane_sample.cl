@@ -65,35 +65,3 @@ KERNEL void triplane_points_gradient(IN REAL* restrict planes, IN REAL* restrict
     grad_point[2] = w[1] + w[2];
   }
 }
-
-// partial [partitions,3,H,W,C]: one work-item per partition of the points and vector of channels, which clears and
-// fills its own copy of all three planes in one pass over its points.
-KERNEL void triplane_planes_gradient(IN REAL* restrict planes, IN REAL* restrict points, IN REAL* restrict grad_y,
-                                     GLOBAL REAL* restrict partial, int capacity, int height, int width,
-                                     int partitions, IN int* count) {
-  const int v = get_global_id(0), partition = get_global_id(1);
-  if (v >= VECTORS || partition >= partitions) return;
-  const int rows = live_rows(capacity, count), share = (rows + partitions - 1) / partitions;
-  const int first = partition * share, end = min(first + share, rows), texels = 3 * height * width;
-  GLOBAL REAL* sums = partial + (size_t)partition * texels * CHANNELS + v * LANES;
-  for (int t = 0; t < texels; ++t) STORE((LANE)(0), sums + (size_t)t * CHANNELS);
-  for (int i = first; i < end; ++i) {
-    IN REAL* point = points + (size_t)i * 3;
-    const LANE grad = LOAD(grad_y + (size_t)i * CHANNELS + v * LANES);
-    Footprint f[3];
-    LANE sample[3];
-    FOR_PLANES {
-      f[p] = footprint(p, point, height, width);
-      sample[p] = bilinear(planes + v * LANES, &f[p]);
-    }
-    FOR_PLANES {
-      const LANE weight = grad * others(sample, p);
-      const LANE right = weight * f[p].fu, left = weight - right;
-      const LANE part[4] = {left * (1 - f[p].fv), right * (1 - f[p].fv), left * f[p].fv, right * f[p].fv};
-      UNROLL for (int t = 0; t < 4; ++t) {
-        GLOBAL REAL* target = sums + f[p].texel[t];
-        STORE(LOAD(target) + part[t], target);
-      }
-    }
-  }
-}

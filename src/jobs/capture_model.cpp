@@ -11,6 +11,7 @@ FieldOptions scene_field_options(const Config& config, const SceneSpace& space) 
   FieldOptions options;
   options.encoding = encoding_from(scene.planes);
   options.combine = combine_from(scene.combine);
+  options.gradient_copies = static_cast<int>(config.training.gradient_copies);
   options.plane_size = scene.plane_size;
   options.channels = scene.plane_channels;
   options.scales = static_cast<int>(scene.plane_scales);
@@ -35,6 +36,7 @@ HumanOptions human_options(const Config& config) {
   HumanOptions options;
   options.field.encoding = encoding_from(human.planes);
   options.field.combine = combine_from(human.combine);
+  options.field.gradient_copies = static_cast<int>(config.training.gradient_copies);
   options.field.plane_size = human.plane_size;
   options.field.channels = human.plane_channels;
   options.field.unet_widths = human.unet_widths;

@@ -122,7 +122,8 @@ Value Field::planes(Graph& graph, std::int64_t size) const {
 }
 
 Value Field::features(Graph& graph, Value planes, Value points) const {
-  if (options_.encoding != Encoding::mlp) return triplane_sample(planes, points, options_.combine);
+  if (options_.encoding != Encoding::mlp)
+    return triplane_sample(planes, points, options_.combine, options_.gradient_copies);
   std::vector<MlpLayer> layers;
   layers.reserve(trunk_.size());
   for (const LinearLayer& layer : trunk_) layers.push_back(layer.in_mlp(graph));

@@ -10,8 +10,8 @@ struct Sorted {
   Tensor keys, places;  ///< [lists, n]: ascending keys, and where each stood in its list
 };
 
-/// Sorts every list of workspaces[first] ascending, stably: keys in [0, end). The workspaces are those of
-/// sort_workspaces; the result lies in two of them.
-Sorted sort(Launch& launch, int first_workspace, std::int64_t end);
+/// Sorts the first `lists` lists of workspaces[first] ascending, stably: keys in [0, end). The workspaces are
+/// those of sort_workspaces; the result lies in two of them.
+Sorted sort(Launch& launch, int first_workspace, std::int64_t lists, std::int64_t end);
 
 }  // namespace vivant

@@ -7,7 +7,9 @@
 namespace vivant {
 namespace {
 
-constexpr std::int64_t points_per_item = 32;  // on CPUs
+constexpr std::int64_t points_per_item = 32;   // on CPUs
+constexpr std::int64_t row_padding = 48;       // reals between the rows of a private copy
+constexpr std::int64_t blocks = 16 * 16 * 16;  // of space, for the order of points
 
 void check_shapes(const Shape& planes, const Shape& points) {
   if (planes.rank() != 4 || planes[0] != 3)
@@ -18,19 +20,20 @@ void check_shapes(const Shape& planes, const Shape& points) {
 
 Lanes lanes_of(const Launch& launch) { return {launch, launch.in(0).channels()}; }
 
-Launch::Call kernel(Launch& launch, const std::string& function, Combine combine) {
-  return launch.kernel("triplane_sample.cl", function,
-                       lanes_of(launch).defines({{"COMBINE", static_cast<int>(combine)}}));
+Launch::Call kernel(Launch& launch, const std::string& file, const std::string& function, Combine combine) {
+  return launch.kernel(file, function, lanes_of(launch).defines({{"COMBINE", static_cast<int>(combine)}}));
 }
 
 struct PlanesGradient final : Op {
   PlanesGradient(Combine combine, int partitions) : combine(combine), partitions(partitions) {}
   std::string_view name() const override { return "triplane_planes_gradient"; }
   TensorTypes infer(const TensorTypes& in) const override { return {{DType::real, in[0].shape}}; }
-  /// What the sort takes (GPU), and the sums of the partitions (CPU) or of the cells' four texels (GPU).
+  /// What the sort takes, and the partitions' copies (CPU) or the sums of the cells' four texels (GPU).
   TensorTypes workspaces(const TensorTypes& in) const override {
+    const Shape& planes = in[0].shape;
+    const std::int64_t copy = planes.elements() + 3 * planes[1] * row_padding;
     TensorTypes types = sort_workspaces(3, in[1].shape[0]);
-    types.push_back({DType::real, {std::max(partitions, 4), in[0].shape.elements()}});
+    types.push_back({DType::real, {std::max(partitions * copy, 4 * planes.elements())}});
     return types;
   }
   bool accepts_counts() const override { return true; }
@@ -39,37 +42,43 @@ struct PlanesGradient final : Op {
   }
 
   void add_by_partition(Launch& launch) const {
-    const Tensor &planes = launch.in(0), &points = launch.in(1), &sums = launch.workspace(sums_workspace);
-    const auto vectors = static_cast<std::size_t>(lanes_of(launch).vectors());
-    kernel(launch, "triplane_planes_gradient", combine)
-        .args(planes, points, launch.in(2), sums, points.rows(), planes[1], planes[2], partitions,
+    const Tensor &planes = launch.in(0), &points = launch.in(1), &copies = launch.workspace(sums_workspace);
+    const std::int64_t height = planes[1], width = planes[2];
+    const auto all = static_cast<std::size_t>(points.rows());
+    scatter_kernel(launch, "triplane_blocks")
+        .args(points, launch.workspace(0), points.rows(), launch.count_of(points))
+        .run({all, 1, 1}, {64, 1, 1});
+    const Sorted sorted = sort(launch, 0, 1, blocks);
+    scatter_kernel(launch, "triplane_add")
+        .args(planes, points, launch.in(2), sorted.places, copies, points.rows(), height, width, partitions,
               launch.count_of(points))
-        .run({vectors, static_cast<std::size_t>(partitions), 1}, {1, 1, 1});
-    reduce_partials(launch, sums, launch.out(), partitions, planes.elements());
+        .run({static_cast<std::size_t>(partitions), 1, 1}, {1, 1, 1});
+    scatter_kernel(launch, "triplane_sum")
+        .args(copies, launch.out(), 3 * height, width, partitions)
+        .run({static_cast<std::size_t>(3 * height), 1, 1}, {1, 1, 1});
   }
   void add_by_cell(Launch& launch) const {
     const Tensor &planes = launch.in(0), &points = launch.in(1), &sums = launch.workspace(sums_workspace);
     const std::int64_t height = planes[1], width = planes[2], cells = height * width;
     const Lanes lanes = lanes_of(launch);
     const auto vectors = static_cast<std::size_t>(lanes.vectors());
-    const auto scatter_kernel = [&](const std::string& function) {
-      return launch.kernel("triplane_scatter.cl", function,
-                           lanes.defines({{"COMBINE", static_cast<int>(combine)}}));
-    };
-    scatter_kernel("triplane_cells")
+    scatter_kernel(launch, "triplane_cells")
         .args(points, launch.workspace(0), points.rows(), height, width, launch.count_of(points))
         .run({static_cast<std::size_t>(points.rows()), 1, 1}, {64, 1, 1});
-    const Sorted sorted = sort(launch, 0, cells + 1);
-    scatter_kernel("triplane_cell_sums")
+    const Sorted sorted = sort(launch, 0, 3, cells + 1);
+    scatter_kernel(launch, "triplane_cell_sums")
         .args(planes, points, launch.in(2), sorted.keys, sorted.places, sums, points.rows(), height, width)
         .run({vectors, static_cast<std::size_t>(cells), 3}, lanes.group());
-    scatter_kernel("triplane_texels")
+    scatter_kernel(launch, "triplane_texels")
         .args(sums, launch.out(), height, width)
         .run({vectors, static_cast<std::size_t>(width), static_cast<std::size_t>(3 * height)}, lanes.group());
   }
   double flops(const TensorTypes& in, const TensorTypes&) const override {
     return 57.0 *
            static_cast<double>(in[2].shape.elements());  // the samples again, and three times four texels
+  }
+  Launch::Call scatter_kernel(Launch& launch, const std::string& function) const {
+    return kernel(launch, "triplane_scatter.cl", function, combine);
   }
   static constexpr int sums_workspace = 5;
   const Combine combine;
@@ -84,7 +93,7 @@ struct PointsGradient final : Op {
   void launch(Launch& launch) const override {
     const Tensor &planes = launch.in(0), &points = launch.in(1);
     const std::int64_t block = launch.gpu() ? 1 : points_per_item;
-    kernel(launch, "triplane_points_gradient", combine)
+    kernel(launch, "triplane_sample.cl", "triplane_points_gradient", combine)
         .args(planes, points, launch.in(2), launch.out(), points.rows(), planes[1], planes[2], block,
               launch.count_of(points))
         .run({static_cast<std::size_t>((points.rows() + block - 1) / block), 1, 1},
@@ -108,7 +117,7 @@ struct TriplaneSample final : Op {
     const Tensor &planes = launch.in(0), &points = launch.in(1);
     const Lanes lanes = lanes_of(launch);
     const std::int64_t block = launch.gpu() ? 1 : points_per_item;
-    kernel(launch, "triplane_sample", combine)
+    kernel(launch, "triplane_sample.cl", "triplane_sample", combine)
         .args(planes, points, launch.out(), points.rows(), planes[1], planes[2], block,
               launch.count_of(points))
         .run(lanes.items(points.rows(), block), lanes.group());
@@ -133,7 +142,7 @@ const RegisterOp register_triplane_sample({
     .inputs = {{"planes", "[3, H, W, C]"}, {"points", "[N, 3]"}},
     .outputs = {{"y", "[N, C]"}},
     .attributes = {{"combine", "product", "product or sum"},
-                   {"partitions", 4, "private copies of the planes' gradient"}},
+                   {"partitions", 2, "private copies of the planes' gradient"}},
     .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
       return {triplane_sample(in[0], in[1], combine_from(a.text("combine")),
                               static_cast<int>(a.integer("partitions")))};

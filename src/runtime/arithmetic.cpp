@@ -89,10 +89,11 @@ Math math_from(const std::string& name) {
 
 MatrixUnits find_matrix_units() {
   if (const std::string name = units_of_environment(); !name.empty()) {
+    if (name == "emulated") return MatrixUnits::amx;  // tests/amx_emulator does the instructions
     for (const MatrixUnits units :
          {MatrixUnits::none, MatrixUnits::dot, MatrixUnits::amx, MatrixUnits::imitated})
       if (name_of(units) == name) return exists(units) ? units : MatrixUnits::none;
-    throw UsageError("VIVANT_MATRIX_UNITS is '" + name + "': it must be none, dot, amx or imitated");
+    throw UsageError("VIVANT_MATRIX_UNITS is '" + name + "': it must be none, dot, amx, imitated or emulated");
   }
   for (const MatrixUnits units : {MatrixUnits::amx, MatrixUnits::dot})
     if (exists(units)) return units;

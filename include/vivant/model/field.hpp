@@ -27,6 +27,7 @@ struct FieldOptions {
   std::int64_t plane_size = 128;  ///< H_p = W_p, a multiple of 2^(levels - 1)
   std::int64_t channels = 32;     ///< C of the planes
   int scales = 1;  ///< of vanilla planes: they are a sum of planes of this size, half of it, ... enlarged
+  int gradient_copies = 2;  ///< private copies of the planes' gradient, on CPUs
   std::vector<std::int64_t> unet_widths = {32, 64, 128, 256};
   int position_frequencies = 6;   ///< L of gamma_v
   int direction_frequencies = 4;  ///< L of gamma_d; 0: no view dependence

@@ -19,8 +19,8 @@ Combine combine_from(const std::string& name);
 /// column (a + 1) / 2 * W - 0.5 (pixel centres), rows alike, clamped to the border.
 ///
 /// Gradients to planes and points. On CPUs the planes' gradient is summed in `partitions` private copies,
-/// each over its own share of the points, which are then added in order: the bits depend on that number and
-/// not on the number of threads.
-Value triplane_sample(Value planes, Value points, Combine combine = Combine::product, int partitions = 4);
+/// each over its own share of the points, sorted by blocks of space, which are then added in order: the bits
+/// depend on that number and not on the number of threads.
+Value triplane_sample(Value planes, Value points, Combine combine = Combine::product, int partitions = 2);
 
 }  // namespace vivant
