@@ -122,8 +122,8 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
 
   const std::string text = read_whole_file(output / "report.md"),
                     page = read_whole_file(output / "report.html");
-  for (const char* part :
-       {"## original views", "| CCPL |", "paper: LPIPS", "not LPIPS", "NeuMan", "DIS on the capture"}) {
+  for (const char* part : {"## original views", "| CCPL |", "paper: LPIPS", "not LPIPS", "NeuMan",
+                           "scene.steps = 2", "DIS on the capture"}) {
     CHECK(contains(text, part));
   }
   CHECK(contains(page, "<video"));
@@ -139,4 +139,7 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
   const Finished other = run_tiny(tiny_reproduction(output, "cubist"));
   CHECK(other.exit_code == 1);
   CHECK(contains(other.err, "(styles differ)"));
+  std::vector<std::string> longer = tiny_reproduction(output);
+  longer.insert(longer.end(), {"--set", "scene.steps=3"});
+  CHECK(contains(run_tiny(longer).err, "(settings differ)"));
 }

@@ -133,20 +133,24 @@ Plan::Plan(Device& device, const ReproduceOptions& options, Progress& progress)
 /// Results of other options are never mixed with these.
 void Plan::check_folder(const ReproduceOptions& options) const {
   ordered_json made_with = {{"capture", capture_path_.string()},
-                            {"motion", options.motion.empty() ? "" : fs::absolute(options.motion).string()},
-                            {"settings", to_toml(config_)}};
+                            {"motion", options.motion.empty() ? "" : fs::absolute(options.motion).string()}};
   for (const fs::path& style : styles_) made_with["styles"].push_back(fs::absolute(style).string());
   const fs::path file = folder_ / "plan.json";
   if (!fs::exists(file)) {
     make_folder(folder_ / "results");
+    made_with["settings"] = to_toml(config_);
     write_text_file(file, made_with.dump(1) + "\n");
     return;
   }
   const nlohmann::json before = read_json(file);
+  const auto refuse = [&](const std::string& what) {
+    fail("{} was begun with other options ({} differ): give the same ones, or another folder by -o",
+         folder_.string(), what);
+  };
   for (const auto& [key, value] : made_with.items())
-    if (before.value(key, nlohmann::json()) != nlohmann::json(value))
-      fail("{} was begun with other options ({} differ): give the same ones, or another folder by -o",
-           folder_.string(), key);
+    if (before.value(key, nlohmann::json()) != nlohmann::json(value)) refuse(key);
+  // Keys that came later have their standard values.
+  if (!(parse_config("", before.value("settings", ""), file.string()) == config_)) refuse("settings");
 }
 
 ordered_json Plan::train_run(const std::string& method, const std::string& planes) {

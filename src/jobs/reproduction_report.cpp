@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "jobs/reproduction.hpp"
 
@@ -178,6 +179,19 @@ Report::Table laid_out(const std::string& title, const std::vector<ReproductionR
   return table;
 }
 
+/// The settings that are not the preset's: "scene.steps = 500, ...".
+std::string changed_settings(const Config& config) {
+  std::istringstream ours(to_toml(config)), usual(to_toml(preset_config(config.preset)));
+  std::string section, changed;
+  for (std::string line, before; std::getline(ours, line) && std::getline(usual, before);) {
+    if (line.starts_with("[")) section = line.substr(1, line.find(']') - 1);
+    if (line != before)
+      changed +=
+          fmt::format("{}{}.{}", changed.empty() ? "" : ", ", section, line.substr(0, line.find("  #")));
+  }
+  return changed;
+}
+
 /// What must be known to read the figures beside the paper's.
 std::vector<std::string> differences(const ReproductionPlan& plan, const StageResults& results) {
   std::string styles, flows;
@@ -187,14 +201,16 @@ std::vector<std::string> differences(const ReproductionPlan& plan, const StageRe
                          results.at(film_stage(views, plan.styles[0]))["flow"].get<std::string>());
   std::vector<std::string> notes;
   const auto add = [&](const std::string& note) { notes.push_back(note); };
-  add(
-      fmt::format("The paper's tables on one capture, {}, with the preset {}: {} steps for the scene, {} for "
-                  "the person, {} for "
-                  "features, {} for stylisation. Styles: {}. Figures are means over them. A dash stands for "
-                  "what was not run or "
-                  "not measured (too few frames, too little visible in both).",
-                  plan.capture, plan.config.preset, plan.config.scene.steps, plan.config.human.steps,
-                  plan.config.features.steps, plan.config.style.steps, styles));
+  const std::string changed = changed_settings(plan.config);
+  add(fmt::format(
+      "The paper's tables on one capture, {}, with the preset {}{}: {} steps for the scene, {} for "
+      "the person, {} for "
+      "features, {} for stylisation. Styles: {}. Figures are means over them. A dash stands for "
+      "what was not run or "
+      "not measured (too few frames, too little visible in both).",
+      plan.capture, plan.config.preset, changed.empty() ? "" : fmt::format(" ({})", changed),
+      plan.config.scene.steps, plan.config.human.steps, plan.config.features.steps, plan.config.style.steps,
+      styles));
   add("What differs from the paper, so that only the order and the ratios of methods can be compared, not "
       "the "
       "numbers:");
