@@ -1,5 +1,6 @@
 // weighted_units: y [R,N] = the sum over a ray's samples of weight [R,S] * relu(x [R S,C] . w [C,N] + term), without the
-// samples lighter than `threshold`. term has one row for all rays (term_stride 0) or one for each (term_stride N).
+// samples lighter than `threshold`. term has one row for all rays (term_stride 0) or one for each (term_stride N). With
+// rows [R,S], x holds only some of the samples: row rows[i] is that of sample i, and samples without one weigh nothing.
 //
 //   CPU form: the samples of a ray that weigh something go GROUP at a time through a register tile of all N units.
 //   The gradient stages their d = weight * grad_y where the unit is on; every STAGED samples become
@@ -25,6 +26,14 @@
 #define SAMPLE_GRADIENT 1
 #endif
 #define STAGED 24
+#ifndef HAS_ROWS
+#define HAS_ROWS 0
+#endif
+#if HAS_ROWS
+#define ROW(i) rows[i]
+#else
+#define ROW(i) (i)
+#endif
 #define EACH(i, count) UNROLL for (int i = 0; i < (count); ++i)
 
 #if GPU_FORM
@@ -37,13 +46,14 @@ inline LANE preactivation(IN REAL* x, IN REAL* w, IN REAL* term) {
 }
 
 KERNEL void weighted_units(IN REAL* restrict weight, IN REAL* restrict x, IN REAL* restrict w, IN REAL* restrict term,
-                           GLOBAL REAL* restrict y, int rays, int samples, int term_stride, REAL threshold) {
+                           IN int* restrict rows, GLOBAL REAL* restrict y, int rays, int samples, int term_stride,
+                           REAL threshold) {
   const int c = get_global_id(0) * LANES, ray = get_global_id(1);
   if (ray >= rays || c >= CHANNELS) return;
   LANE sum = (LANE)(0);
   for (int i = ray * samples; i < (ray + 1) * samples; ++i) {
     if (weight[i] < threshold) continue;
-    const LANE units = preactivation(x + (size_t)i * INNER, w + c, term + (size_t)ray * term_stride + c);
+    const LANE units = preactivation(x + (size_t)ROW(i) * INNER, w + c, term + (size_t)ray * term_stride + c);
     sum += weight[i] * fmax(units, (LANE)(0));
   }
   STORE(sum, y + (size_t)ray * CHANNELS + c);
@@ -125,7 +135,8 @@ inline int pick(int picked[GROUP], IN REAL* weight, int* i, int end, REAL thresh
 }
 
 KERNEL void weighted_units(IN REAL* restrict weight, IN REAL* restrict x, IN REAL* restrict w, IN REAL* restrict term,
-                           GLOBAL REAL* restrict y, int rays, int samples, int term_stride, REAL threshold) {
+                           IN int* restrict rows, GLOBAL REAL* restrict y, int rays, int samples, int term_stride,
+                           REAL threshold) {
   const int ray = get_global_id(0);
   if (ray >= rays) return;
   LANE sum[VECTORS];
@@ -134,8 +145,10 @@ KERNEL void weighted_units(IN REAL* restrict weight, IN REAL* restrict x, IN REA
     int picked[GROUP] = {0};
     const int count = pick(picked, weight, &i, (ray + 1) * samples, threshold);
     if (count == 0) break;
+    int places[GROUP];
+    EACH(r, GROUP) places[r] = ROW(picked[r]);
     LANE acc[GROUP][VECTORS];
-    preactivate(acc, x, picked, w, term + (size_t)ray * term_stride);
+    preactivate(acc, x, places, w, term + (size_t)ray * term_stride);
     EACH(r, GROUP) {
       const REAL heaviness = r < count ? weight[picked[r]] : 0;
       EACH(v, VECTORS) sum[v] += heaviness * fmax(acc[r][v], (LANE)(0));

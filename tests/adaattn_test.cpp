@@ -74,6 +74,7 @@ TEST_CASE("AdaAttN at relu3_1 with published weights agrees with an independent 
       for (auto* deviations : {&got, &want})
         for (double& x : *deviations) x *= x;
     CAPTURE(name);
-    CHECK(relative_error(got, want) < 1e-4);
+    // Keys, queries and values keep 8 bits in bf16; a variance is the difference of two nearly equal means.
+    CHECK(relative_error(got, want) < tolerance(1e-4, name == "S" ? 0.1 : 0.015));
   }
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "graph_helpers.hpp"
 #include "io_helpers.hpp"
 #include "tiny_run.hpp"
 #include "vivant/data/walk.hpp"
@@ -14,7 +15,9 @@ using namespace vivant;
 
 namespace {
 
-constexpr double equal = 100;  // dB: pictures that agree in every pixel
+/// dB: pictures that agree in every pixel, or in bf16, where tiles of another size round otherwise, in nearly
+/// all.
+double equal_from() { return tolerance(100, 60); }
 
 struct TinyRun {
   TinyRun() {
@@ -71,10 +74,10 @@ void check_equal(const Evaluation& evaluation, std::size_t frames) {
   REQUIRE(evaluation.frames.size() == frames);
   for (const FrameScore& score : evaluation.frames) {
     CAPTURE(score.frame);
-    CHECK(score.full.psnr > equal);
-    CHECK(score.person.value().psnr > equal);
+    CHECK(score.full.psnr > equal_from());
+    CHECK(score.person.value().psnr > equal_from());
     CHECK(score.silhouette_iou.value() == 1);
-    CHECK(score.background.value().psnr > equal);
+    CHECK(score.background.value().psnr > equal_from());
     CHECK(score.full.ssim == doctest::Approx(1));
     for (const RegionScore& region : {score.full, *score.person, *score.background})
       CHECK(region.stlpips.value() < 1e-6);

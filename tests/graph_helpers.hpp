@@ -12,6 +12,12 @@ inline Device& test_device() {
   return device;
 }
 
+/// How far numbers may differ: `fp32` in the modes that are as exact, and another limit where matrix products
+/// keep 8 bits (`VIVANT_MATH=bf16`).
+inline double tolerance(double fp32, double bf16 = 1e-2) {
+  return test_device().math() == Math::bf16 ? bf16 : fp32;
+}
+
 /// Runs a graph for a few outputs.
 class Run {
  public:

@@ -183,10 +183,11 @@ TEST_CASE("rewrites: rendering hidden units and projecting once is projecting ev
     outputs.insert(outputs.end(), gradients.begin(), gradients.end());
   }
   Run run(graph, outputs);
-  CHECK(relative_error(run.read(quick), run.read(plain)) < 1e-6);
+  CHECK(relative_error(run.read(quick), run.read(plain)) < tolerance(1e-6));
   CHECK(largest(run.read(plain)) > 0.1);
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    CHECK(relative_error(run.read(outputs[2 + i]), run.read(outputs[2 + parameters.size() + i])) < 1e-4);
+    CHECK(relative_error(run.read(outputs[2 + i]), run.read(outputs[2 + parameters.size() + i])) <
+          tolerance(1e-4));
 }
 
 TEST_CASE(
@@ -255,14 +256,14 @@ TEST_CASE("rewrites: density first trains as the plain form whose light samples 
       outputs.insert(outputs.end(), gradients.begin(), gradients.end());
     }
     Run run(graph, outputs);
-    CHECK(relative_error(run.read(quick.hidden), run.read(plain)) < 1e-6);
+    CHECK(relative_error(run.read(quick.hidden), run.read(plain)) < tolerance(1e-6));
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       const std::vector<float> expected = run.read(outputs[2 + parameters.size() + i]);
       const std::vector<float> got = run.read(outputs[2 + i]);
       if (largest(expected) == 0)
         CHECK(got == expected);  // the direction's weights when no direction is looked at
       else
-        CHECK(relative_error(got, expected) < 1e-4);
+        CHECK(relative_error(got, expected) < tolerance(1e-4));
     }
   }
 }

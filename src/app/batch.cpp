@@ -9,7 +9,7 @@ namespace {
 
 void run(const std::filesystem::path& file, const Globals& globals) {
   const std::vector<BatchJob> jobs = load_batch(file);
-  Device device(globals.device);
+  CommandDevice device(globals);
   Progress progress(globals.progress, globals.verbose);
   const std::vector<BatchResult> results = run_batch(device, jobs, progress);
   fmt::print("{}", batch_table(results));

@@ -13,6 +13,21 @@ struct Globals {
   bool verbose = false;
 };
 
+/// The device of a command; prints the kernels' times at the end when --profile asks for them.
+class CommandDevice : public Device {
+ public:
+  explicit CommandDevice(const Globals& globals)
+      : Device(globals.device), profiled_(globals.device.profile) {}
+  CommandDevice(const CommandDevice&) = delete;
+  CommandDevice& operator=(const CommandDevice&) = delete;
+  ~CommandDevice() {
+    if (profiled_) fmt::print(stderr, "{}", profiler().table());
+  }
+
+ private:
+  bool profiled_;
+};
+
 // Each adds one subcommand to `app`, in the file of its name.
 void add_synth(CLI::App& app, const Globals& globals);
 void add_pretrain_stylizer(CLI::App& app, const Globals& globals);

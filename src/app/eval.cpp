@@ -24,7 +24,7 @@ void run(Arguments& arguments, const Globals& globals) {
     throw UsageError("--film needs the style that the films are painted in: give --style");
   if (film.look.stylised() && !arguments.truth.empty())
     throw UsageError("--truth compares unstylised pictures: leave --style out");
-  Device device(globals.device);
+  CommandDevice device(globals);
   Progress progress(globals.progress, globals.verbose);
   if (film.look.stylised()) {
     const FilmQuality quality = evaluate_film(device, film, progress);

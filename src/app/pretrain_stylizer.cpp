@@ -5,7 +5,7 @@ namespace vivant::app {
 namespace {
 
 void run(const PretrainStylizerOptions& options, const Globals& globals) {
-  Device device(globals.device);
+  CommandDevice device(globals);
   Progress progress(globals.progress, globals.verbose);
   pretrain_stylizer(device, options, progress);
   progress.info(fmt::format("{} holds the stylizer; {} shows what it does", options.output.string(),

@@ -15,7 +15,7 @@ struct Arguments {
 
 void run(Arguments& arguments, const Globals& globals) {
   arguments.options.config = load_config(arguments.preset, std::nullopt, arguments.settings);
-  Device device(globals.device);
+  CommandDevice device(globals);
   Progress progress(globals.progress, globals.verbose);
   const Reproduction made = reproduce(device, arguments.options, progress);
   if (!arguments.json.empty()) write_text_file(arguments.json, made.json().dump(1) + "\n");

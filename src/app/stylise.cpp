@@ -26,7 +26,7 @@ void add_stylise(CLI::App& app, const Globals& globals) {
       ->required()
       ->type_name("DIR");
   command->callback([options, &globals] {
-    Device device(globals.device);
+    CommandDevice device(globals);
     Progress progress(globals.progress, globals.verbose);
     stylise_pictures(device, *options, progress);
     progress.info(fmt::format("wrote {}", options->output.string()));

@@ -29,10 +29,9 @@ void run(const Globals& globals, Arguments& arguments) {
         arguments.settings);
   }
   options.stage = arguments.stage;
-  Device device(globals.device);
+  CommandDevice device(globals);
   Progress progress(globals.progress, globals.verbose);
   train(device, options, progress);
-  if (globals.device.profile) fmt::print(stderr, "{}", device.profiler().table());
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ HumanFieldSamples in_units(HumanFieldSamples samples, double units) {
 
 HumanRenderer::HumanRenderer(Device& device, const HumanModel& model, const Options& options)
     : device_(device), model_(model), options_(options), planes_(device, model.field()) {
-  if (options.scene) scene_planes_.emplace(device, options.scene->field());
+  if (options.scene) scene_.emplace(device, *options.scene, options.weight_threshold);
 }
 
 void HumanRenderer::build(int width, int height) {
@@ -130,8 +130,7 @@ void HumanRenderer::build(int width, int height) {
       units);
   if (options_.scene) {
     const SceneModel& scene = *options_.scene;
-    const FieldSamples behind =
-        scene.sample(graph, scene_planes_->value(graph), rays, nullptr, options_.output);
+    const FieldSamples behind = scene_->sample(graph, rays, options_.output);
     const CompositeRays both =
         composite(graph, scene, behind, samples, options_.intervals, options_.weight_threshold);
     output_ = composite_output(graph, scene, model_, both, options_.output);

@@ -1,6 +1,7 @@
 #include "vivant/model/scene_model.hpp"
 
 #include "vivant/ops/elementwise.hpp"
+#include "vivant/ops/gather.hpp"
 #include "vivant/ops/peak_depth.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
@@ -49,29 +50,58 @@ SceneModel::SceneModel(Device& device, ParameterStore& store, const Initializer&
       space_(space),
       samples_(samples) {}
 
-FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
-                                Output output) const {
-  const Graph::Scope scope(graph, "scene");
+SceneModel::Placed SceneModel::place(Graph& graph, const Rays& rays, const RandomKey* random) const {
   const Interval range = depth_range(graph, space_, rays);
   const Spacing spacing = space_.inverse_depth ? Spacing::disparity : Spacing::linear;
-  const Samples drawn = stratified_samples(range.near, range.far, samples_, spacing,
-                                           random ? *random : no_randomness(graph), random != nullptr);
-  FieldSamples samples;
-  samples.depths = drawn.depths;
-  samples.deltas = drawn.deltas;
+  Placed placed;
+  placed.samples = stratified_samples(range.near, range.far, samples_, spacing,
+                                      random ? *random : no_randomness(graph), random != nullptr);
+  const Value world = points_on_rays(rays.origins, rays.directions, placed.samples.depths);
+  placed.points = space_.contracted
+                      ? contract(world, array_of(space_.centre), space_.radius.maxCoeff())
+                      : normalise_to_box(world, array_of(space_.centre), array_of(space_.radius));
   if (space_.opaque_last) {
     std::vector<double> extra(samples_, 0.0);
     extra.back() = endless;
-    samples.deltas = add(drawn.deltas, graph.constant({samples_}, std::span<const double>(extra)));
+    placed.samples.deltas =
+        add(placed.samples.deltas, graph.constant({samples_}, std::span<const double>(extra)));
   }
-  const Value world = points_on_rays(rays.origins, rays.directions, drawn.depths);
-  const Value points = space_.contracted
-                           ? contract(world, array_of(space_.centre), space_.radius.maxCoeff())
-                           : normalise_to_box(world, array_of(space_.centre), array_of(space_.radius));
-  samples.features = field_.features(graph, planes, points);
-  samples.density = graph.reshape(field_.density(graph, samples.features), drawn.depths.shape());
-  samples.term = field_.direction_term(graph, rays.directions, {}, output);
+  return placed;
+}
+
+FieldSamples SceneModel::unqueried(const Placed& placed, Output output) {
+  FieldSamples samples;
+  samples.depths = placed.samples.depths;
+  samples.deltas = placed.samples.deltas;
   samples.output = output;
+  return samples;
+}
+
+FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
+                                Output output) const {
+  const Graph::Scope scope(graph, "scene");
+  const Placed placed = place(graph, rays, random);
+  FieldSamples samples = unqueried(placed, output);
+  samples.features = field_.features(graph, planes, placed.points);
+  samples.density = graph.reshape(field_.density(graph, samples.features), samples.depths.shape());
+  samples.term = field_.direction_term(graph, rays.directions, {}, output);
+  return samples;
+}
+
+FieldSamples SceneModel::sample_occupied(Graph& graph, Value planes, const Rays& rays,
+                                         const OccupancyGrid& grid, double threshold, Output output) const {
+  const Graph::Scope scope(graph, "scene");
+  const Placed placed = place(graph, rays, nullptr);
+  FieldSamples samples = unqueried(placed, output);
+  const OccupiedSamples occupied = grid.occupied_samples(graph, placed.points, samples.deltas, threshold);
+  samples.rows = occupied.rows;
+  const Value points =
+      gather_rows(placed.points, graph.with_count(occupied.ids, occupied.count), IdOrder::ascending);
+  samples.features = field_.features(graph, planes, points);
+  const Value density = field_.density(graph, samples.features);
+  const Value rows = graph.reshape(occupied.rows, {samples.depths.elements()});
+  samples.density = graph.reshape(gather_rows(density, rows), samples.depths.shape());
+  samples.term = field_.direction_term(graph, rays.directions, {}, output);
   return samples;
 }
 
@@ -82,7 +112,7 @@ Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
 Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight,
                                   double threshold) const {
   const Value w = field_.hidden_weight(graph, samples.output);
-  return weighted_units(weight, samples.features, w, samples.term, threshold);
+  return weighted_units(weight, samples.features, w, samples.term, threshold, samples.rows);
 }
 
 RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, double threshold) const {

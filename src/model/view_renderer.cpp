@@ -16,7 +16,7 @@ cv::Mat RenderedView::rgb8() const {
 }
 
 SceneRenderer::SceneRenderer(Device& device, const SceneModel& scene, Options options)
-    : device_(device), scene_(scene), options_(options), planes_(device, scene.field()) {}
+    : device_(device), scene_(scene), options_(options), baked_(device, scene, options.weight_threshold) {}
 
 void SceneRenderer::build(int width, int height) {
   executor_.reset();
@@ -29,7 +29,7 @@ void SceneRenderer::build(int width, int height) {
   camera_ = graph.input("camera", {1, static_cast<std::int64_t>(table.size())});
   pixels_ = graph.input("pixels", {tile_}, DType::i32);
   const Rays rays = ray_generation(camera_, pixels_, width, height);
-  const FieldSamples samples = scene_.sample(graph, planes_.value(graph), rays, nullptr, options_.output);
+  const FieldSamples samples = baked_.sample(graph, rays, options_.output);
   const RenderedRays rendered = scene_.render(graph, samples, options_.weight_threshold);
   output_ = scene_.field().output(graph, options_.output, rendered.hidden, rendered.alpha);
   alpha_ = rendered.alpha;

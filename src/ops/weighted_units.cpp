@@ -19,13 +19,14 @@ std::int64_t largest_divisor(std::int64_t n, std::int64_t most) {
 
 /// A kernel for x [R S, C] and units [R, N].
 Launch::Call kernel(Launch& launch, const char* function, const Lanes& lanes, std::int64_t inner,
-                    bool of_samples = true) {
+                    bool of_samples = true, bool has_rows = false) {
   constexpr std::int64_t accumulators = 24;  // of the 32 vector registers
   return launch.kernel("weighted_units.cl", function,
                        {{"CHANNELS", lanes.channels},
                         {"LANES", lanes.lanes},
                         {"INNER", inner},
                         {"SAMPLE_GRADIENT", of_samples ? 1 : 0},
+                        {"HAS_ROWS", has_rows ? 1 : 0},
                         {"INNER_LANES", std::min<std::int64_t>(16, inner & -inner)},
                         {"GROUP", std::clamp<std::int64_t>(accumulators / lanes.vectors(), 1, 12)},
                         {"LAYER_ROWS", largest_divisor(inner, 4)},
@@ -91,7 +92,12 @@ struct WeightedUnits final : Op {
   TensorTypes infer(const TensorTypes& in) const override {
     const Shape &weight = in[0].shape, &x = in[1].shape, &w = in[2].shape, &term = in[3].shape;
     if (weight.rank() != 2) fail("[weighted_units] weight must be [rays, samples], it is {}", weight.text());
-    if (x.rows() != weight.elements())
+    const bool has_rows = in.size() > 4 && in[4].shape.rank() > 0;
+    if (has_rows && (in[4].dtype != DType::i32 || in[4].shape != weight || !(threshold > 0)))
+      fail("[weighted_units] rows must be i32 {}, with a threshold above 0", weight.text());
+    if (!has_rows && in[1].count >= 0)
+      fail("[weighted_units] x has a device-side count of rows, but no rows say which samples they are");
+    if (!has_rows && x.rows() != weight.elements())
       fail("[weighted_units] x {} has {} rows, weight {} has {} samples", x.text(), x.rows(), weight.text(),
            weight.elements());
     if (w.rank() != 2 || w[0] != x.channels())
@@ -100,12 +106,14 @@ struct WeightedUnits final : Op {
       fail("[weighted_units] term must be [{}] or [{}, {}], it is {}", w[1], weight[0], w[1], term.text());
     return {{DType::real, {weight[0], w[1]}}};
   }
+  bool accepts_counts() const override { return true; }
   void launch(Launch& launch) const override {
-    const Tensor &weight = launch.in(0), &x = launch.in(1), &w = launch.in(2), &term = launch.in(3);
+    const Tensor &weight = launch.in(0), &x = launch.in(1), &w = launch.in(2), &term = launch.in(3),
+                 &rows = launch.in(4);
     const Lanes lanes(launch, w[1]);
     const std::int64_t rays = weight[0];
-    kernel(launch, "weighted_units", lanes, w[0])
-        .args(weight, x, w, term, launch.out(), rays, weight[1], term.shape().rank() == 2 ? w[1] : 0,
+    kernel(launch, "weighted_units", lanes, w[0], true, static_cast<bool>(rows))
+        .args(weight, x, w, term, rows, launch.out(), rays, weight[1], term.shape().rank() == 2 ? w[1] : 0,
               least_weight(threshold))
         .run(launch.gpu() ? lanes.items(rays)
                           : std::array<std::size_t, 3>{static_cast<std::size_t>(rays), 1, 1},
@@ -113,10 +121,12 @@ struct WeightedUnits final : Op {
   }
   Values gradient(const GradientRequest& request) const override {
     const Values& in = request.in;
+    if (in[4]) fail("[weighted_units] has no gradient where x holds only some of the samples");
     const bool of_samples = request.needed[0] || request.needed[1];
     const Values grads = request.graph.record(std::make_shared<Gradient>(threshold, of_samples),
                                               {in[0], in[1], in[2], in[3], request.grad()});
-    return of_samples ? grads : Values{Value{}, Value{}, grads[0], grads[1]};
+    return of_samples ? Values{grads[0], grads[1], grads[2], grads[3], Value{}}
+                      : Values{Value{}, Value{}, grads[0], grads[1], Value{}};
   }
   double flops(const TensorTypes& in, const TensorTypes&) const override {
     return 2.0 * static_cast<double>(in[1].shape.elements()) * static_cast<double>(in[2].shape[1]);
@@ -127,18 +137,22 @@ struct WeightedUnits final : Op {
 const RegisterOp register_weighted_units({
     .name = "weighted_units",
     .summary = "the sum over each ray's samples of weight times relu(x . w + term)",
-    .inputs = {{"weight", "[R, S]"}, {"x", "[R * S, C]"}, {"w", "[C, N]"}, {"term", "[N] or [R, N]"}},
+    .inputs = {{"weight", "[R, S]"},
+               {"x", "[R * S, C] or, with rows, [K, C]"},
+               {"w", "[C, N]"},
+               {"term", "[N] or [R, N]"},
+               {.name = "rows", .shape = "[R, S]", .dtype = DType::i32, .optional = true}},
     .outputs = {{"y", "[R, N]"}},
     .attributes = {{"threshold", 0.0, "samples that weigh less are left out"}},
     .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
-      return {weighted_units(in[0], in[1], in[2], in[3], a.number("threshold"))};
+      return {weighted_units(in[0], in[1], in[2], in[3], a.number("threshold"), in[4])};
     },
 });
 
 }  // namespace
 
-Value weighted_units(Value weight, Value x, Value w, Value term, double threshold) {
-  return weight.graph->record_one(WeightedUnits(threshold), {weight, x, w, term});
+Value weighted_units(Value weight, Value x, Value w, Value term, double threshold, Value rows) {
+  return weight.graph->record_one(WeightedUnits(threshold), {weight, x, w, term, rows});
 }
 
 }  // namespace vivant

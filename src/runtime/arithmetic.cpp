@@ -93,7 +93,8 @@ MatrixUnits find_matrix_units() {
     for (const MatrixUnits units :
          {MatrixUnits::none, MatrixUnits::dot, MatrixUnits::amx, MatrixUnits::imitated})
       if (name_of(units) == name) return exists(units) ? units : MatrixUnits::none;
-    throw UsageError("VIVANT_MATRIX_UNITS is '" + name + "': it must be none, dot, amx, imitated or emulated");
+    throw UsageError("VIVANT_MATRIX_UNITS is '" + name +
+                     "': it must be none, dot, amx, imitated or emulated");
   }
   for (const MatrixUnits units : {MatrixUnits::amx, MatrixUnits::dot})
     if (exists(units)) return units;

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "vivant/graph/executor.hpp"
-#include "vivant/model/baked_planes.hpp"
+#include "vivant/model/baked_scene.hpp"
 #include "vivant/model/composite.hpp"
 #include "vivant/ops/rays.hpp"
 
@@ -84,7 +84,7 @@ class HumanRenderer {
   const HumanModel& model_;
   Options options_;
   BakedPlanes planes_;
-  std::optional<BakedPlanes> scene_planes_;
+  std::optional<BakedScene> scene_;
   std::int64_t room_ = 48;      // for samples, on the mean of a tile's rays
   int width_ = 0, height_ = 0;  // of the graph below
   std::int64_t tile_ = 0;       // rays of a tile: small pictures have small ones

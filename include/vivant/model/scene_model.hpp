@@ -1,5 +1,5 @@
 #pragma once
-#include "vivant/model/field.hpp"
+#include "vivant/model/occupancy_grid.hpp"
 #include "vivant/model/scene_space.hpp"
 #include "vivant/ops/rays.hpp"
 
@@ -9,7 +9,8 @@ namespace vivant {
 struct FieldSamples {
   Value depths, deltas;            ///< [R, S] along the unit directions, in the capture's unit
   Value density;                   ///< [R, S]
-  Value features;                  ///< [R S, C] of the planes
+  Value features;                  ///< [R S, C] of the planes, or [K, C] of the samples that have a row
+  Value rows;                      ///< i32 [R, S], where some were left out: see occupied_samples
   Value term;                      ///< [R, 128], the view direction's part of the hidden layer
   Output output = Output::colour;  ///< what the hidden units will be for
 };
@@ -36,6 +37,9 @@ class SceneModel {
   /// them.
   FieldSamples sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
                       Output output = Output::colour) const;
+  /// For rendering: samples at the midpoints, those alone that may weigh more than `threshold`.
+  FieldSamples sample_occupied(Graph& graph, Value planes, const Rays& rays, const OccupancyGrid& grid,
+                               double threshold, Output output) const;
   /// The hidden units of the samples, [R S, 128].
   Value hidden(Graph& graph, const FieldSamples& samples) const;
   /// The rays' hidden units [R, 128] for given weights [R, S]. Samples that weigh less than `threshold` are
@@ -46,6 +50,13 @@ class SceneModel {
   RenderedRays render(Graph& graph, const FieldSamples& samples, double threshold = 0) const;
 
  private:
+  struct Placed {
+    Samples samples;
+    Value points;  // [R S, 3] in the field's coordinates
+  };
+  Placed place(Graph& graph, const Rays& rays, const RandomKey* random) const;
+  static FieldSamples unqueried(const Placed& placed, Output output);
+
   Field field_;
   SceneSpace space_;
   int samples_;

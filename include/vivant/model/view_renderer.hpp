@@ -6,8 +6,7 @@
 
 #include "vivant/data/camera.hpp"
 #include "vivant/graph/executor.hpp"
-#include "vivant/model/baked_planes.hpp"
-#include "vivant/model/scene_model.hpp"
+#include "vivant/model/baked_scene.hpp"
 
 namespace vivant {
 
@@ -39,7 +38,7 @@ class SceneRenderer {
   Device& device_;
   const SceneModel& scene_;
   Options options_;
-  BakedPlanes planes_;
+  BakedScene baked_;
   int width_ = 0, height_ = 0;  // of the graph below
   std::int64_t tile_ = 0;       // rays of a tile: small pictures have small ones
   std::unique_ptr<Graph> graph_;

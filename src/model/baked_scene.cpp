@@ -1,0 +1,17 @@
+#include "vivant/model/baked_scene.hpp"
+
+namespace vivant {
+
+BakedScene::BakedScene(Device& device, const SceneModel& scene, double threshold)
+    : scene_(scene), threshold_(threshold), planes_(device, scene.field()) {
+  if (threshold > 0 && scene.field().options().encoding != Encoding::mlp)
+    grid_.emplace(device, scene.field(), planes_);
+}
+
+FieldSamples BakedScene::sample(Graph& graph, const Rays& rays, Output output) const {
+  const Value planes = planes_.value(graph);
+  if (!grid_) return scene_.sample(graph, planes, rays, nullptr, output);
+  return scene_.sample_occupied(graph, planes, rays, *grid_, threshold_, output);
+}
+
+}  // namespace vivant
