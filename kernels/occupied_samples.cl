@@ -7,7 +7,7 @@
 #include "common.clh"
 
 inline int cell_along(REAL coordinate, int cells) {
-  return clamp((int)((coordinate + 1) * ((REAL)0.5 * cells)), 0, cells - 1);
+  return (int)clamp((coordinate + 1) * ((REAL)0.5 * cells), (REAL)0, (REAL)(cells - 1));
 }
 
 KERNEL void mark_samples(IN REAL* restrict grid, IN REAL* restrict points, IN REAL* restrict deltas,

@@ -1,4 +1,4 @@
-// triplane_compare_exchange: the planes' gradient of triplane_sample.cl as OpenCL 1.2 has atomic additions of floats: a
+// triplane_compare_exchange: the planes' gradient of triplane_scatter.cl as OpenCL 1.2 has atomic additions of floats: a
 // loop of compare and exchange for every channel of every texel. Its bits depend on the order in which work-items come,
 // so no op uses it: scripts/compare-peers measures the product's kernel beside it.
 //   gradient [3,H,W,C], zeros before; one work-item per `block` points. fp32, and more than one lane.

@@ -21,13 +21,18 @@
 #if !GPU_FORM
 // Reals from one row of a copy to the next: three cache lines more than a row has. With rows a power of two apart, the
 // texels of a column would share one set of a cache.
-#define PITCH(width) ((width) * CHANNELS + 48)
+#ifndef ROW_PADDING
+#define ROW_PADDING 48
+#endif
+#define PITCH(width) ((width) * CHANNELS + ROW_PADDING)
 #define AHEAD 8  // points whose texels are fetched before they are added
+#ifndef BLOCKS_ACROSS
 #define BLOCKS_ACROSS 16
+#endif
 
 INLINE int spread_bits(int x) { return (x & 1) | (x & 2) << 2 | (x & 4) << 4 | (x & 8) << 6; }
 INLINE int block_along(REAL coordinate) {
-  return clamp((int)((coordinate + 1) * (BLOCKS_ACROSS / 2)), 0, BLOCKS_ACROSS - 1);
+  return (int)clamp((coordinate + 1) * (BLOCKS_ACROSS / 2), (REAL)0, (REAL)(BLOCKS_ACROSS - 1));
 }
 
 // Blocks count along a curve on which neighbours follow each other (Morton's). A stable sort leaves points behind the
@@ -75,7 +80,7 @@ KERNEL void triplane_add(IN REAL* restrict planes, IN REAL* restrict points, IN 
       FOR_PLANES {
         const Footprint f = footprint(p, points + i * 3, height, width);
         const REAL both = f.fu * f.fv;
-        corners[k][p] = (Corner){f.texel[0], f.texel[0] + f.row * (PITCH(width) - width * CHANNELS),
+        corners[k][p] = (Corner){f.texel[0], f.texel[0] + f.row * ROW_PADDING,
                                  {1 - f.fu - f.fv + both, f.fu - both, f.fv - both, both}};
         fetch_texels(planes + corners[k][p].from, right, below);
         fetch_texels(sums + corners[k][p].to, right, below_sums);

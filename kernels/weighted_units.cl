@@ -30,7 +30,7 @@
 #define HAS_ROWS 0
 #endif
 #if HAS_ROWS
-#define ROW(i) rows[i]
+#define ROW(i) max(rows[i], 0)  // -1 where a weight that is no number is met
 #else
 #define ROW(i) (i)
 #endif

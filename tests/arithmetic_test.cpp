@@ -86,3 +86,17 @@ TEST_CASE("arithmetic: an executor in double computes in double, whatever the mo
   CHECK(error(Precision::single) > 1e-3);  // 1/3 in bf16 is off by 0.1 %
   CHECK(error(Precision::single) < 1e-1);
 }
+
+TEST_CASE("arithmetic: products asked for in fp32 are, beside the same weights in bf16") {
+  const ScopedVariable imitated("VIVANT_MATRIX_UNITS", "imitated");
+  Device device(in_math("bf16"));
+  Graph graph;
+  const std::vector<double> third(32, 1.0 / 3);
+  const Value x = graph.constant({1, 32}, std::span<const double>(third)),
+              w = graph.constant({32, 1}, std::span<const double>(third));
+  const Value rounded = linear(x, w), exact = linear(x, w, {}, Activation::none, Factors::fp32);
+  Executor executor(device, graph, {rounded, exact});
+  executor.run();
+  CHECK(std::abs(executor.read_doubles(rounded)[0] - 32.0 / 9) > 1e-3);
+  CHECK(std::abs(executor.read_doubles(exact)[0] - 32.0 / 9) < 1e-5);
+}

@@ -8,6 +8,7 @@
 
 #include "vivant/io/tensor_file.hpp"
 #include "vivant/ops/conv2d.hpp"
+#include "vivant/ops/linear.hpp"
 #include "vivant/ops/max_pool2d.hpp"
 
 namespace vivant {
@@ -55,6 +56,12 @@ struct PublishedConvolution {
   Value apply(Value x, Activation activation) const {
     return conv2d(x, x.graph->constant(shape, std::span<const double>(weights)),
                   x.graph->constant({shape[3]}, std::span<const double>(bias)), Padding::reflect, activation);
+  }
+  /// A 1x1 convolution of rows [N, in], with factors in fp32 in every mode.
+  Value project_exactly(Value x) const {
+    return linear(x, x.graph->constant({shape[2], shape[3]}, std::span<const double>(weights)),
+                  x.graph->constant({shape[3]}, std::span<const double>(bias)), Activation::none,
+                  Factors::fp32);
   }
   Shape shape;
   std::vector<double> weights, bias;

@@ -9,10 +9,11 @@ namespace {
 
 void run(const std::filesystem::path& file, const Globals& globals) {
   const std::vector<BatchJob> jobs = load_batch(file);
-  CommandDevice device(globals);
+  Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
   const std::vector<BatchResult> results = run_batch(device, jobs, progress);
   fmt::print("{}", batch_table(results));
+  print_profile(device, globals);
   const auto failed = std::count_if(results.begin(), results.end(),
                                     [](const BatchResult& result) { return !result.error.empty(); });
   if (failed > 0) fail("{} of {} films failed", failed, results.size());

@@ -13,20 +13,10 @@ struct Globals {
   bool verbose = false;
 };
 
-/// The device of a command; prints the kernels' times at the end when --profile asks for them.
-class CommandDevice : public Device {
- public:
-  explicit CommandDevice(const Globals& globals)
-      : Device(globals.device), profiled_(globals.device.profile) {}
-  CommandDevice(const CommandDevice&) = delete;
-  CommandDevice& operator=(const CommandDevice&) = delete;
-  ~CommandDevice() {
-    if (profiled_) fmt::print(stderr, "{}", profiler().table());
-  }
-
- private:
-  bool profiled_;
-};
+/// Prints the kernels' times when --profile asks for them. At the end of a command that went well.
+inline void print_profile(Device& device, const Globals& globals) {
+  if (globals.device.profile) fmt::print(stderr, "{}", device.profiler().table());
+}
 
 // Each adds one subcommand to `app`, in the file of its name.
 void add_synth(CLI::App& app, const Globals& globals);

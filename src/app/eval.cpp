@@ -24,7 +24,7 @@ void run(Arguments& arguments, const Globals& globals) {
     throw UsageError("--film needs the style that the films are painted in: give --style");
   if (film.look.stylised() && !arguments.truth.empty())
     throw UsageError("--truth compares unstylised pictures: leave --style out");
-  CommandDevice device(globals);
+  Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
   if (film.look.stylised()) {
     const FilmQuality quality = evaluate_film(device, film, progress);
@@ -35,6 +35,7 @@ void run(Arguments& arguments, const Globals& globals) {
     if (!film.output.empty()) write_evaluation(film.output, evaluation);
     print(evaluation.report(), evaluation.json(), arguments.json);
   }
+  print_profile(device, globals);
 }
 
 }  // namespace

@@ -5,11 +5,12 @@ namespace vivant::app {
 namespace {
 
 void run(const PretrainStylizerOptions& options, const Globals& globals) {
-  CommandDevice device(globals);
+  Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
   pretrain_stylizer(device, options, progress);
   progress.info(fmt::format("{} holds the stylizer; {} shows what it does", options.output.string(),
                             (options.run / "previews").string()));
+  print_profile(device, globals);
 }
 
 }  // namespace

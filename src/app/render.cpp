@@ -32,10 +32,11 @@ void add_render(CLI::App& app, const Globals& globals) {
     styles->apply(options->look);
     if ((!options->film.motion.empty() || !options->scene.empty()) && views->count() == 0)
       options->film.views = "first";
-    CommandDevice device(globals);
+    Device device(globals.device);
     Progress progress(globals.progress, globals.verbose);
     render(device, *options, progress);
     progress.info(fmt::format("wrote {}", options->output.string()));
+    print_profile(device, globals);
   });
 }
 

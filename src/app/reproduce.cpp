@@ -15,12 +15,13 @@ struct Arguments {
 
 void run(Arguments& arguments, const Globals& globals) {
   arguments.options.config = load_config(arguments.preset, std::nullopt, arguments.settings);
-  CommandDevice device(globals);
+  Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
   const Reproduction made = reproduce(device, arguments.options, progress);
   if (!arguments.json.empty()) write_text_file(arguments.json, made.json().dump(1) + "\n");
   fmt::print("{}", made.report.text());
   progress.info(fmt::format("wrote {}", (made.folder / "report.html").string()));
+  print_profile(device, globals);
 }
 
 }  // namespace

@@ -26,10 +26,11 @@ void add_stylise(CLI::App& app, const Globals& globals) {
       ->required()
       ->type_name("DIR");
   command->callback([options, &globals] {
-    CommandDevice device(globals);
+    Device device(globals.device);
     Progress progress(globals.progress, globals.verbose);
     stylise_pictures(device, *options, progress);
     progress.info(fmt::format("wrote {}", options->output.string()));
+    print_profile(device, globals);
   });
 }
 

@@ -29,9 +29,10 @@ void run(const Globals& globals, Arguments& arguments) {
         arguments.settings);
   }
   options.stage = arguments.stage;
-  CommandDevice device(globals);
+  Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
   train(device, options, progress);
+  print_profile(device, globals);
 }
 
 }  // namespace

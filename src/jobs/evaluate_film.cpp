@@ -84,15 +84,16 @@ void write_films(const fs::path& folder, const std::vector<NamedFilm>& films, do
 std::array<double, 2> errors_with(const std::vector<cv::Mat>& frames,
                                   const std::array<FlowSource, 2>& flows) {
   std::array<double, 2> sums = {};
+  int pairs = 0;
   for (int t = 0; t + 1 < static_cast<int>(frames.size()); ++t) {
     const std::array<cv::Mat, 2> forward = {flows[0](t, t + 1), flows[1](t, t + 1)};
     const cv::Mat visible =
         visible_pixels(forward[0], flows[0](t + 1, t)) & visible_pixels(forward[1], flows[1](t + 1, t));
     if (cv::countNonZero(visible) == 0) continue;
-    for (int i : {0, 1})
-      sums[i] += rmse(frames[t], warped(frames[t + 1], forward[i]), visible) /
-                 static_cast<double>(frames.size() - 1);
+    ++pairs;
+    for (int i : {0, 1}) sums[i] += rmse(frames[t], warped(frames[t + 1], forward[i]), visible);
   }
+  for (double& sum : sums) sum /= std::max(pairs, 1);
   return sums;
 }
 

@@ -42,6 +42,7 @@ InterruptGuard::InterruptGuard() {
 
 InterruptGuard::~InterruptGuard() {
   if (--guards > 0) return;
+  flag = false;
   for (int i = 0; i < 2; ++i) sigaction(signals[i], &before[i], nullptr);
 }
 

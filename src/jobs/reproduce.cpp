@@ -107,10 +107,14 @@ Plan::Plan(Device& device, const ReproduceOptions& options, Progress& progress)
   for (const fs::path& style : styles_) {
     read_image(style);  // a bad one stops the program before hours of work
     const std::string name = style.stem().string();
-    if (std::count(subject_.styles.begin(), subject_.styles.end(), name) > 0)
+    if (std::any_of(subject_.styles.begin(), subject_.styles.end(),
+                    [&](const std::string& other) { return dashed(other) == dashed(name); }))
       throw UsageError(fmt::format("two styles are called '{}': rename one", name));
+    if (dashed(name) == "rendered")
+      throw UsageError("a style is called 'rendered', as the unstylised films are: rename it");
     subject_.styles.push_back(name);
   }
+  if (styles_.empty()) throw UsageError("the program's own paintings are missing: name one with --style");
   views_ = {{original_views, {.views = "all"}, FlowKind::dis},
             {novel_views, {.views = "orbit", .orbit_frames = novel_frames}, FlowKind::automatic}};
   fs::path motion = options.motion;
@@ -122,7 +126,7 @@ Plan::Plan(Device& device, const ReproduceOptions& options, Progress& progress)
         {novel_poses,
          {.views = "first", .frames = std::pair(0, std::min(length, novel_frames)), .motion = motion},
          FlowKind::automatic});
-  } else if (!motion.empty()) {
+  } else if (!options.motion.empty()) {
     throw UsageError(
         fmt::format("{} has no person who could be animated: leave --motion out", subject_.capture));
   }

@@ -4,7 +4,8 @@ namespace vivant {
 
 BakedScene::BakedScene(Device& device, const SceneModel& scene, double threshold)
     : scene_(scene), threshold_(threshold), planes_(device, scene.field()) {
-  if (threshold > 0 && scene.field().options().encoding != Encoding::mlp)
+  const FieldOptions& field = scene.field().options();
+  if (threshold > 0 && field.encoding != Encoding::mlp && field.plane_size <= OccupancyGrid::largest_planes)
     grid_.emplace(device, scene.field(), planes_);
 }
 

@@ -107,7 +107,11 @@ HumanFieldSamples in_units(HumanFieldSamples samples, double units) {
 
 HumanRenderer::HumanRenderer(Device& device, const HumanModel& model, const Options& options)
     : device_(device), model_(model), options_(options), planes_(device, model.field()) {
-  if (options.scene) scene_.emplace(device, *options.scene, options.weight_threshold);
+  if (options.scene) {
+    // Merged intervals are shorter than the scene's own, by which samples would be left out.
+    const bool own = options.intervals == Intervals::own;
+    scene_.emplace(device, *options.scene, own ? options.weight_threshold : 0);
+  }
 }
 
 void HumanRenderer::build(int width, int height) {

@@ -7,17 +7,16 @@
 namespace vivant {
 namespace {
 
-constexpr std::int64_t nodes = 2 * OccupancyGrid::cells;  // points along each axis
-
-/// Densities at the points, [nodes, nodes, nodes] (z, y, x).
-std::vector<float> densities(Device& device, const Field& field, const BakedPlanes& planes) {
-  constexpr std::int64_t slice = nodes * nodes;
+/// Densities at `nodes` points along each axis, [z, y, x].
+std::vector<float> densities(Device& device, const Field& field, const BakedPlanes& planes,
+                             std::int64_t nodes) {
+  const std::int64_t slice = nodes * nodes;
   Graph graph;
   const Value points = graph.input("points", {slice, 3});
   const Value density = field.density(graph, field.features(graph, planes.value(graph), points));
   Executor executor(device, graph, {density});
-  const auto coordinate = [](std::int64_t node) {
-    return static_cast<float>((static_cast<double>(node) + 0.5) / (nodes / 2) - 1);
+  const auto coordinate = [&](std::int64_t node) {
+    return static_cast<float>((static_cast<double>(node) + 0.5) / static_cast<double>(nodes) * 2 - 1);
   };
   std::vector<float> all, places(3 * slice);
   all.reserve(nodes * slice);
@@ -35,17 +34,17 @@ std::vector<float> densities(Device& device, const Field& field, const BakedPlan
   return all;
 }
 
-/// Along one axis, of which neighbours are `stride` apart: the least or largest of a node's own and the
-/// `reach` around it.
+/// Along one axis, of which neighbours are `stride` apart: the least or largest of the nodes of a cell, whose
+/// first one is asked, and of the cells beside it.
 template <typename Choose>
-std::vector<float> spread(const std::vector<float>& numbers, std::int64_t stride, std::int64_t reach,
+std::vector<float> spread(const std::vector<float>& numbers, std::int64_t stride, std::int64_t nodes,
                           Choose choose) {
   std::vector<float> result(numbers.size());
   for (std::int64_t i = 0; i < static_cast<std::int64_t>(numbers.size()); ++i) {
-    const std::int64_t node = i / stride % nodes, before = std::min(reach, node),
-                       behind = std::min(reach, nodes - 1 - node);
+    const std::int64_t node = i / stride % nodes;
     float chosen = numbers[i];
-    for (std::int64_t k = -before; k <= behind; ++k) chosen = choose(chosen, numbers[i + k * stride]);
+    for (std::int64_t k = std::max<std::int64_t>(node - 2, 0); k <= std::min(node + 3, nodes - 1); ++k)
+      chosen = choose(chosen, numbers[i + (k - node) * stride]);
     result[i] = chosen;
   }
   return result;
@@ -54,12 +53,12 @@ std::vector<float> spread(const std::vector<float>& numbers, std::int64_t stride
 }  // namespace
 
 OccupancyGrid::OccupancyGrid(Device& device, const Field& field, const BakedPlanes& planes)
-    : name_("occupancy of " + field.name()) {
-  std::vector<float> least = densities(device, field, planes), largest = least;
-  constexpr std::int64_t reach = 3;  // from either node of a cell to the far ones of the cells beside it
+    : name_("occupancy of " + field.name()), cells_(field.options().plane_size / 2) {
+  const std::int64_t nodes = 2 * cells_, cells = cells_;
+  std::vector<float> least = densities(device, field, planes, nodes), largest = least;
   for (const std::int64_t stride : {std::int64_t{1}, nodes, nodes * nodes}) {
-    least = spread(least, stride, reach, [](float a, float b) { return std::min(a, b); });
-    largest = spread(largest, stride, reach, [](float a, float b) { return std::max(a, b); });
+    least = spread(least, stride, nodes, [](float a, float b) { return std::min(a, b); });
+    largest = spread(largest, stride, nodes, [](float a, float b) { return std::max(a, b); });
   }
   std::vector<float> bounds;
   bounds.reserve(2 * cells * cells * cells);
@@ -77,7 +76,7 @@ OccupancyGrid::OccupancyGrid(Device& device, const Field& field, const BakedPlan
 OccupiedSamples OccupancyGrid::occupied_samples(Graph& graph, Value points, Value deltas,
                                                 double threshold) const {
   const Value bounds = graph.named(name_, [&] {
-    return graph.external(name_, {DType::real, {cells, cells, cells, 2}}, {bounds_, 0});
+    return graph.external(name_, {DType::real, {cells_, cells_, cells_, 2}}, {bounds_, 0});
   });
   return vivant::occupied_samples(bounds, points, deltas, threshold);
 }

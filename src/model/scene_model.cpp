@@ -106,6 +106,7 @@ FieldSamples SceneModel::sample_occupied(Graph& graph, Value planes, const Rays&
 }
 
 Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
+  if (samples.rows) fail("[scene] some of the samples were left out: they have no hidden units");
   return field_.hidden(graph, samples.features, samples.term, samples.output);
 }
 

@@ -108,7 +108,10 @@ Value Stylizer::bias(Graph& graph, const std::string& layer) const {
 }
 Value Stylizer::fully_connected(Graph& graph, const std::string& layer, Value x,
                                 Activation activation) const {
-  return linear(x, weight(graph, layer), bias(graph, layer), activation);
+  // Scores of attention are exponents: an error of a hundredth in them changes what is looked at.
+  const bool of_scores = layer == "query" || layer == "key";
+  return linear(x, weight(graph, layer), bias(graph, layer), activation,
+                of_scores ? Factors::fp32 : Factors::by_mode);
 }
 
 Value Stylizer::content(Graph& graph, Value features) const {

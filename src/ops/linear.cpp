@@ -32,7 +32,8 @@ void launch_bf16_product(Launch& launch, const Tensor& x, const Tensor& packed, 
 
 /// Inputs: x, w (for its shape and its gradient), b or absent, packed weights (what the kernel reads).
 struct Linear final : Op {
-  Linear(Activation activation, bool transposed) : activation(activation), transposed(transposed) {}
+  Linear(Activation activation, bool transposed, Factors factors = Factors::by_mode)
+      : activation(activation), transposed(transposed), factors(factors) {}
   std::string_view name() const override { return transposed ? "linear_data_gradient" : "linear"; }
 
   TensorTypes infer(const TensorTypes& in) const override {
@@ -51,7 +52,7 @@ struct Linear final : Op {
     const Tensor &x = launch.in(0), &packed = launch.in(3), &y = launch.out();
     const Tensor& bias = launch.in(2);
     const int bias_kind = !bias ? 0 : bias.rows() == 1 ? 1 : 2;
-    if (suits_bf16(launch, x.channels()))
+    if (factors == Factors::by_mode && suits_bf16(launch, x.channels()))
       return launch_bf16_product(launch, x, packed, bias, y, bias_kind, static_cast<int>(activation));
     const std::int64_t panel = packed.channels();
     const Tile tile = choose_tile(launch, TiledKernel::linear, panel);
@@ -89,6 +90,7 @@ struct Linear final : Op {
   }
   const Activation activation;
   const bool transposed;
+  const Factors factors;
 };
 
 /// A^T B. The kernel puts vectors on the columns, so the side whose width suits vectors goes there.
@@ -217,8 +219,9 @@ void sum_weight_partials(Launch& launch, const Tensor& partial, const Tensor& y,
       .run({static_cast<std::size_t>(taps * m * n), 1, 1}, {64, 1, 1});
 }
 
-Value linear(Value x, Value w, Value b, Activation activation) {
-  return x.graph->record_one(Linear(activation, false), {x, w, b, pack_weights(w, false)});
+Value linear(Value x, Value w, Value b, Activation activation, Factors factors) {
+  return x.graph->record_one(Linear(activation, false, factors),
+                             {x, w, b, pack_weights(w, false, 0, factors)});
 }
 
 Value outer_sum(Value x, Value y) { return x.graph->record_one(OuterSum(), {x, y}); }

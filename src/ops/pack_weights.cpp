@@ -6,7 +6,8 @@ namespace vivant {
 namespace {
 
 struct PackWeights final : Op {
-  PackWeights(bool transposed, std::int64_t panel) : transposed(transposed), panel(panel) {}
+  PackWeights(bool transposed, std::int64_t panel, Factors factors)
+      : transposed(transposed), panel(panel), factors(factors) {}
   std::string_view name() const override { return "pack_weights"; }
 
   struct Extents {
@@ -27,8 +28,9 @@ struct PackWeights final : Op {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const Extents e = extents(w.shape());
     // A given panel is attention's, which runs on tiles alone, and has no limit of keys.
-    const bool on_units =
-        panel > 0 ? launch.matrix_tiles() && e.k >= least_bf16_channels : suits_bf16(launch, e.k);
+    const bool on_units = factors == Factors::fp32 ? false
+                          : panel > 0              ? launch.matrix_tiles() && e.k >= least_bf16_channels
+                                                   : suits_bf16(launch, e.k);
     if (on_units) return pack_bf16(launch, w, packed, transposed, e.taps, e.k, e.n, launch.count_of(w));
     launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
         .args(w, packed, e.taps, e.k, e.n, packed.channels(), packed[1], launch.count_of(w))
@@ -36,6 +38,7 @@ struct PackWeights final : Op {
   }
   const bool transposed;
   const std::int64_t panel;
+  const Factors factors;
 };
 
 const RegisterOp register_pack_weights({
@@ -51,8 +54,9 @@ const RegisterOp register_pack_weights({
     },
 });
 
-std::string memo_name(bool transposed, std::int64_t panel) {
-  return fmt::format("packed {} {}", transposed ? "transposed" : "", panel);
+std::string memo_name(bool transposed, std::int64_t panel, Factors factors) {
+  return fmt::format("packed {} {} {}", transposed ? "transposed" : "", panel,
+                     factors == Factors::fp32 ? "fp32" : "");
 }
 
 }  // namespace
@@ -65,13 +69,13 @@ void pack_bf16(Launch& launch, const Tensor& w, const Tensor& packed, bool trans
       .run({static_cast<std::size_t>(taps * packed_rows(k) / 2), tiles(n, panel), 1}, {16, 1, 1});
 }
 
-Value pack_weights(Value w, bool transposed, std::int64_t panel) {
-  return w.graph->memoised(w, memo_name(transposed, panel),
-                           [&] { return w.graph->record_one(PackWeights(transposed, panel), {w}); });
+Value pack_weights(Value w, bool transposed, std::int64_t panel, Factors factors) {
+  return w.graph->memoised(w, memo_name(transposed, panel, factors),
+                           [&] { return w.graph->record_one(PackWeights(transposed, panel, factors), {w}); });
 }
 
 void use_packed_weights(Value w, Value packed, bool transposed) {
-  w.graph->memoised(w, memo_name(transposed, 0), [&] { return packed; });
+  w.graph->memoised(w, memo_name(transposed, 0, Factors::by_mode), [&] { return packed; });
 }
 
 }  // namespace vivant

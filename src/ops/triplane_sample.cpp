@@ -7,9 +7,9 @@
 namespace vivant {
 namespace {
 
-constexpr std::int64_t points_per_item = 32;   // on CPUs
-constexpr std::int64_t row_padding = 48;       // reals between the rows of a private copy
-constexpr std::int64_t blocks = 16 * 16 * 16;  // of space, for the order of points
+constexpr std::int64_t points_per_item = 32;  // on CPUs
+constexpr std::int64_t row_padding = 48;      // reals between the rows of a private copy
+constexpr std::int64_t blocks_across = 16;    // of space, for the order of points
 
 void check_shapes(const Shape& planes, const Shape& points) {
   if (planes.rank() != 4 || planes[0] != 3)
@@ -20,8 +20,9 @@ void check_shapes(const Shape& planes, const Shape& points) {
 
 Lanes lanes_of(const Launch& launch) { return {launch, launch.in(0).channels()}; }
 
-Launch::Call kernel(Launch& launch, const std::string& file, const std::string& function, Combine combine) {
-  return launch.kernel(file, function, lanes_of(launch).defines({{"COMBINE", static_cast<int>(combine)}}));
+Launch::Call kernel(Launch& launch, const std::string& function, Combine combine) {
+  return launch.kernel("triplane_sample.cl", function,
+                       lanes_of(launch).defines({{"COMBINE", static_cast<int>(combine)}}));
 }
 
 struct PlanesGradient final : Op {
@@ -48,7 +49,7 @@ struct PlanesGradient final : Op {
     scatter_kernel(launch, "triplane_blocks")
         .args(points, launch.workspace(0), points.rows(), launch.count_of(points))
         .run({all, 1, 1}, {64, 1, 1});
-    const Sorted sorted = sort(launch, 0, 1, blocks);
+    const Sorted sorted = sort(launch, 0, 1, blocks_across * blocks_across * blocks_across);
     scatter_kernel(launch, "triplane_add")
         .args(planes, points, launch.in(2), sorted.places, copies, points.rows(), height, width, partitions,
               launch.count_of(points))
@@ -78,7 +79,10 @@ struct PlanesGradient final : Op {
            static_cast<double>(in[2].shape.elements());  // the samples again, and three times four texels
   }
   Launch::Call scatter_kernel(Launch& launch, const std::string& function) const {
-    return kernel(launch, "triplane_scatter.cl", function, combine);
+    return launch.kernel("triplane_scatter.cl", function,
+                         lanes_of(launch).defines({{"COMBINE", static_cast<int>(combine)},
+                                                   {"ROW_PADDING", row_padding},
+                                                   {"BLOCKS_ACROSS", blocks_across}}));
   }
   static constexpr int sums_workspace = 5;
   const Combine combine;
@@ -93,7 +97,7 @@ struct PointsGradient final : Op {
   void launch(Launch& launch) const override {
     const Tensor &planes = launch.in(0), &points = launch.in(1);
     const std::int64_t block = launch.gpu() ? 1 : points_per_item;
-    kernel(launch, "triplane_sample.cl", "triplane_points_gradient", combine)
+    kernel(launch, "triplane_points_gradient", combine)
         .args(planes, points, launch.in(2), launch.out(), points.rows(), planes[1], planes[2], block,
               launch.count_of(points))
         .run({static_cast<std::size_t>((points.rows() + block - 1) / block), 1, 1},
@@ -117,7 +121,7 @@ struct TriplaneSample final : Op {
     const Tensor &planes = launch.in(0), &points = launch.in(1);
     const Lanes lanes = lanes_of(launch);
     const std::int64_t block = launch.gpu() ? 1 : points_per_item;
-    kernel(launch, "triplane_sample.cl", "triplane_sample", combine)
+    kernel(launch, "triplane_sample", combine)
         .args(planes, points, launch.out(), points.rows(), planes[1], planes[2], block,
               launch.count_of(points))
         .run(lanes.items(points.rows(), block), lanes.group());

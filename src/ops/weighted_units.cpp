@@ -95,6 +95,8 @@ struct WeightedUnits final : Op {
     const bool has_rows = in.size() > 4 && in[4].shape.rank() > 0;
     if (has_rows && (in[4].dtype != DType::i32 || in[4].shape != weight || !(threshold > 0)))
       fail("[weighted_units] rows must be i32 {}, with a threshold above 0", weight.text());
+    for (std::size_t i = 0; i < in.size(); ++i)
+      if (i != 1 && in[i].count >= 0) fail("[weighted_units] only x may have a device-side count of rows");
     if (!has_rows && in[1].count >= 0)
       fail("[weighted_units] x has a device-side count of rows, but no rows say which samples they are");
     if (!has_rows && x.rows() != weight.elements())

@@ -89,7 +89,8 @@ Math math_from(const std::string& name) {
 
 MatrixUnits find_matrix_units() {
   if (const std::string name = units_of_environment(); !name.empty()) {
-    if (name == "emulated") return MatrixUnits::amx;  // tests/amx_emulator does the instructions
+    if (name == "emulated")  // tests/amx_emulator does the tiles' instructions
+      return has_dot_products() ? MatrixUnits::amx : MatrixUnits::none;
     for (const MatrixUnits units :
          {MatrixUnits::none, MatrixUnits::dot, MatrixUnits::amx, MatrixUnits::imitated})
       if (name_of(units) == name) return exists(units) ? units : MatrixUnits::none;

@@ -79,7 +79,8 @@ const Register registration(OpCase{
                    {{97, 17, 20, 16, -1, 0}},
                    {{65, 5, 5, 16, 33, 0}, {{"partitions", 3}}},
                    {{40, 4, 6, 5, -1, 0}, {{"combine", "sum"}}},
-                   {{530, 9, 8, 32, -1, 1}}},
+                   {{530, 9, 8, 32, -1, 1}},
+                   {{9000, 5, 5, 1, 8500, 0}, {{"partitions", 3}}}},  // more than one chunk of the sort
     .inputs = inputs,
     .reference = reference,
     .benchmark = {{524288, 128, 128, 32, -1, 1}},

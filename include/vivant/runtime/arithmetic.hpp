@@ -20,8 +20,8 @@ std::string_view name_of(MatrixUnits units);
 Math math_from(const std::string& name);
 
 /// The units that this machine's processor has and the system lets us use; with the environment's
-/// VIVANT_MATRIX_UNITS (none, dot, amx, imitated or emulated) that one instead, or none where it does not
-/// exist.
+/// VIVANT_MATRIX_UNITS (none, dot, amx, imitated, or with tests/amx_emulator alone emulated) that one
+/// instead, or none where it does not exist.
 MatrixUnits find_matrix_units();
 
 /// The arithmetic that runs: `wanted` ("": the environment's VIVANT_MATH, else by the units) where these
