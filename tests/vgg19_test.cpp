@@ -38,7 +38,8 @@ struct Statistics {
 /// Mean and (population) standard deviation of each channel of [H, W, C].
 Statistics statistics(const std::vector<float>& x, std::size_t channels) {
   Statistics s{std::vector<double>(channels), std::vector<double>(channels)};
-  const double pixels = static_cast<double>(x.size() / channels);
+  const std::size_t count = x.size() / channels;
+  const auto pixels = static_cast<double>(count);
   for (std::size_t i = 0; i < x.size(); ++i) s.mean[i % channels] += x[i] / pixels;
   for (std::size_t i = 0; i < x.size(); ++i)
     s.std[i % channels] += (x[i] - s.mean[i % channels]) * (x[i] - s.mean[i % channels]) / pixels;

@@ -1,6 +1,7 @@
 #include "vivant/model/view_renderer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "vivant/data/camera_table.hpp"
@@ -10,7 +11,7 @@ namespace vivant {
 cv::Mat RenderedView::rgb8() const {
   cv::Mat image(height, width, CV_8UC3);
   std::transform(pixels.begin(), pixels.end(), image.data, [](float x) {
-    return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f);
+    return static_cast<std::uint8_t>(std::lround(std::clamp(x, 0.0f, 1.0f) * 255.0f));
   });
   return image;
 }

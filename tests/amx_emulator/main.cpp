@@ -11,6 +11,7 @@
 #include <ucontext.h>
 #include <unistd.h>
 
+#include <bit>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -106,13 +107,12 @@ void configure(const std::uint8_t* shapes) {
 void load(int tile, const Instruction& in) {
   std::memset(tiles.data[tile], 0, sizeof(tiles.data[tile]));
   for (int r = 0; r < tiles.rows[tile]; ++r)
-    std::memcpy(tiles.data[tile][r], reinterpret_cast<const void*>(in.base + r * in.stride),
-                tiles.bytes[tile]);
+    std::memcpy(tiles.data[tile][r], std::bit_cast<const void*>(in.base + r * in.stride), tiles.bytes[tile]);
 }
 
 void store(int tile, const Instruction& in) {
   for (int r = 0; r < tiles.rows[tile]; ++r)
-    std::memcpy(reinterpret_cast<void*>(in.base + r * in.stride), tiles.data[tile][r], tiles.bytes[tile]);
+    std::memcpy(std::bit_cast<void*>(in.base + r * in.stride), tiles.data[tile][r], tiles.bytes[tile]);
 }
 
 /// A bf16 as a float; one that is not normal counts as zero.
@@ -153,7 +153,7 @@ bool execute(const Instruction& in) {
   enum Prefix { none, p66, pF3, pF2 };
   const bool memory = in.mod != 3;
   if (in.opcode == 0x49 && in.prefix == none && memory && in.reg == 0) {
-    configure(reinterpret_cast<const std::uint8_t*>(in.base));
+    configure(std::bit_cast<const std::uint8_t*>(in.base));
     return true;
   }
   const bool release = in.opcode == 0x49 && in.prefix == none && !memory;
@@ -175,7 +175,7 @@ void handle(int, siginfo_t*, void* state) {
   auto& context = *static_cast<ucontext_t*>(state);
   auto& place = context.uc_mcontext.gregs[REG_RIP];
   Instruction in{};
-  if (!decode(reinterpret_cast<const std::uint8_t*>(place), context, in) || !execute(in))
+  if (!decode(std::bit_cast<const std::uint8_t*>(place), context, in) || !execute(in))
     refuse("an unknown instruction that is none of AMX");
   place += in.length;
 }

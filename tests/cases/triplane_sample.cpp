@@ -30,7 +30,8 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   else
     for (std::int64_t i = 0; i < s[0]; ++i) {  // rays of 128 samples through the box
       const double t = (static_cast<double>(i % 128) + random.uniform()) / 64 - 1;
-      const double ray = static_cast<double>(i / 128);
+      const std::int64_t ray_index = i / 128;
+      const auto ray = static_cast<double>(ray_index);
       points[3 * i] = 0.6 * std::cos(0.01 * ray) + 0.3 * t;
       points[3 * i + 1] = 0.7 * std::sin(0.013 * ray + 0.1);
       points[3 * i + 2] = t;
