@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 
+#include "jobs/elapsed.hpp"
 #include "jobs/film_folder.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
@@ -97,10 +98,6 @@ std::string failure_of(Action&& action) {
     return error.what();
   }
   return "";
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// A film in the making.

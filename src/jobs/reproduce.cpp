@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cmath>
 
+#include "jobs/elapsed.hpp"
 #include "jobs/reproduction.hpp"
+#include "jobs/training_pictures.hpp"
 #include "vivant/data/motion.hpp"
 #include "vivant/io/assets.hpp"
 #include "vivant/io/atomic_file.hpp"
@@ -45,10 +47,6 @@ std::string dashed(std::string name) {
   return name;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 class Plan {
  public:
   Plan(Device& device, const ReproduceOptions& options, Progress& progress);
@@ -85,21 +83,12 @@ class Plan {
   ReproductionPlan subject_;
 };
 
-std::vector<fs::path> shipped_styles() {
-  std::vector<fs::path> styles;
-  for (const auto& entry : fs::directory_iterator(asset_path("styles")))
-    if (entry.path().extension() == ".jpg" || entry.path().extension() == ".png")
-      styles.push_back(entry.path());
-  std::sort(styles.begin(), styles.end());
-  return styles;
-}
-
 Plan::Plan(Device& device, const ReproduceOptions& options, Progress& progress)
     : device_(device),
       progress_(progress),
       config_(options.config),
       capture_(load_capture(options.capture)),
-      styles_(options.styles.empty() ? shipped_styles() : options.styles),
+      styles_(options.styles.empty() ? pictures_below(asset_path("styles")) : options.styles),
       capture_path_(fs::canonical(options.capture)) {
   if (fs::is_regular_file(capture_path_)) capture_path_ = capture_path_.parent_path();
   subject_ = {capture_path_.filename().string(), config_, {}, {}, camera_only_rotates(capture_)};

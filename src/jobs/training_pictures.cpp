@@ -13,18 +13,6 @@ namespace {
 
 const std::set<std::string> picture_extensions = {".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff"};
 
-std::vector<std::filesystem::path> pictures_below(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) fail("'{}' is not a folder of pictures", folder.string());
-  std::vector<std::filesystem::path> found;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), ::tolower);
-    if (entry.is_regular_file() && picture_extensions.count(extension)) found.push_back(entry.path());
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
 bool starts_with_one_of(const std::filesystem::path& path, const std::vector<std::string>& starts) {
   const std::string name = path.filename().string();
   return std::any_of(starts.begin(), starts.end(), [&](auto& start) { return name.starts_with(start); });
@@ -67,6 +55,18 @@ void change_colours(cv::Mat& picture, KeyedRandom& random) {
 }
 
 }  // namespace
+
+std::vector<std::filesystem::path> pictures_below(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) fail("'{}' is not a folder of pictures", folder.string());
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    std::string extension = entry.path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), ::tolower);
+    if (entry.is_regular_file() && picture_extensions.count(extension)) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
 
 KeyedRandom::KeyedRandom(std::uint64_t seed, const std::string& stage, std::int64_t step) {
   state_ = 14695981039346656037ull ^ seed;  // FNV-1a

@@ -24,6 +24,9 @@ class KeyedRandom {
   std::uint64_t state_;
 };
 
+/// The pictures in a folder and below, by name. Throws when it is no folder.
+std::vector<std::filesystem::path> pictures_below(const std::filesystem::path& folder);
+
 /// Photographs or paintings to train on, in memory.
 class TrainingPictures {
  public:

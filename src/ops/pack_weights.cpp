@@ -28,9 +28,9 @@ struct PackWeights final : Op {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const Extents e = extents(w.shape());
     // A given panel is attention's, which runs on tiles alone, and has no limit of keys.
-    const bool on_units = factors == Factors::fp32 ? false
-                          : panel > 0              ? launch.matrix_tiles() && e.k >= least_bf16_channels
-                                                   : suits_bf16(launch, e.k);
+    const bool on_units =
+        factors == Factors::by_mode &&
+        (panel > 0 ? launch.matrix_tiles() && e.k >= least_bf16_channels : suits_bf16(launch, e.k));
     if (on_units) return pack_bf16(launch, w, packed, transposed, e.taps, e.k, e.n, launch.count_of(w));
     launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
         .args(w, packed, e.taps, e.k, e.n, packed.channels(), packed[1], launch.count_of(w))
