@@ -12,7 +12,7 @@
 #include "jobs/film_folder.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
-#include "vivant/jobs/film_stylizer.hpp"
+#include "vivant/jobs/film_frames.hpp"
 #include "vivant/jobs/interrupt.hpp"
 
 namespace vivant {
@@ -118,9 +118,7 @@ void render_missing(Device& device, const BatchJob& job, const OpenRun& run, con
     open.look_index = looks.size();
     looks.push_back(open.film->look);
   }
-  FilmRenderer renderer(device, run, scene, film, job.layers, !looks.empty());
-  std::optional<FilmStylizer> stylizer;
-  if (!looks.empty()) stylizer.emplace(device, scene, film, renderer, looks);
+  FilmFrames frames(device, run, scene, film, job.layers, looks);
   const int count = static_cast<int>(film.shots.size());
   progress.begin("render", 0, count);
   for (int i = 0; i < count; ++i) {
@@ -133,17 +131,17 @@ void render_missing(Device& device, const BatchJob& job, const OpenRun& run, con
     for (OpenFilm& open : films)
       if (!open.folder.has_picture(i)) missing.push_back(&open);
     if (missing.empty()) continue;
-    const LayerFrame frame = renderer.render(film.shots[i]);
+    const LayerFrame& rendered = frames.rendered(i);
     const double share = seconds_since(start) / static_cast<double>(missing.size());
     for (OpenFilm* open : missing) {
       const auto own_start = std::chrono::steady_clock::now();
       const bool stylised = open->film->look.stylised();
       write_image(open->folder.picture(i),
-                  to_picture_with_alpha(stylised ? stylizer->stylise(frame, open->look_index) : frame));
+                  to_picture_with_alpha(stylised ? frames.stylised(i, open->look_index) : rendered));
       open->result->seconds += share + seconds_since(own_start);
       ++open->result->made;
     }
-    progress.report({.step = i + 1, .rays = static_cast<double>(frame.width) * frame.height});
+    progress.report({.step = i + 1, .rays = static_cast<double>(rendered.width) * rendered.height});
   }
   progress.end();
 }

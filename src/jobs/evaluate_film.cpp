@@ -10,7 +10,7 @@
 #include "vivant/io/frames.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/video.hpp"
-#include "vivant/jobs/film_stylizer.hpp"
+#include "vivant/jobs/film_frames.hpp"
 #include "vivant/jobs/flow.hpp"
 #include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/picture_scores.hpp"
@@ -20,11 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-cv::Mat as_mat(const std::vector<float>& values, const LayerFrame& frame) {
-  if (values.empty()) return {};
-  return cv::Mat(frame.height, frame.width, CV_32FC1, const_cast<float*>(values.data())).clone();
-}
-
 /// Both films, and the geometry of their views.
 struct Rendered {
   NamedFilm plain{"unstylised", {}}, stylised{"vivant", {}};
@@ -33,21 +28,16 @@ struct Rendered {
 
 Rendered render_films(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
                       const Look& look, Progress& progress) {
-  FilmRenderer renderer(device, run, scene, film, "both", true);
-  FilmStylizer stylizer(device, scene, film, renderer, {look});
-  const HumanModel* human = run.model->human();
+  FilmFrames frames(device, run, scene, film, "both", {look});
   Rendered rendered;
   const InterruptGuard guard;
-  progress.begin("render", 0, static_cast<std::int64_t>(film.shots.size()));
-  for (const Shot& shot : film.shots) {
-    const LayerFrame frame = renderer.render(shot);
-    rendered.plain.frames.push_back(to_picture(frame));
-    rendered.stylised.frames.push_back(to_picture(stylizer.stylise(frame, 0)));
-    SurfaceView view{shot.camera, as_mat(frame.depth, frame), as_mat(frame.person, frame)};
-    if (human && shot.person)
-      view.joints = joint_transforms(human->body().body(), shot.person->pose, shot.person->translation);
-    rendered.views.push_back(std::move(view));
-    progress.report({.step = static_cast<std::int64_t>(rendered.views.size())});
+  const int count = static_cast<int>(film.shots.size());
+  progress.begin("render", 0, count);
+  for (int shot = 0; shot < count; ++shot) {
+    rendered.plain.frames.push_back(to_picture(frames.rendered(shot)));
+    rendered.views.push_back(frames.surface(shot));
+    rendered.stylised.frames.push_back(to_picture(frames.stylised(shot, 0)));
+    progress.report({.step = shot + 1});
     if (interrupted()) throw Interrupted("stopped while rendering");
   }
   progress.end();

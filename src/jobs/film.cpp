@@ -167,14 +167,30 @@ Film plan_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opti
     const auto [first, end] = *options.frames;
     if (first < 0 || end <= first || end > static_cast<int>(film.shots.size()))
       throw UsageError(fmt::format("frames {}:{} are not among the {} views", first, end, film.shots.size()));
-    film.shots = {film.shots.begin() + first, film.shots.begin() + end};
+    const auto part = [&, all = film.shots](int from, int to) {
+      const int count = static_cast<int>(all.size());
+      return std::vector<Shot>(all.begin() + std::max(from, 0), all.begin() + std::min(to, count));
+    };
+    film.before = part(first - Film::reach, first);
+    film.shots = part(first, end);
+    film.after = part(end, end + Film::reach);
   }
   if (options.size)
-    for (Shot& shot : film.shots)
-      shot.camera = shot.camera.resized(options.size->first, options.size->second);
+    for (std::vector<Shot>* shots : {&film.before, &film.shots, &film.after})
+      for (Shot& shot : *shots) shot.camera = shot.camera.resized(options.size->first, options.size->second);
   for (Shot& shot : film.references)
     shot.camera = shot.camera.resized(film.shots.front().camera.width, film.shots.front().camera.height);
   return film;
+}
+
+bool Film::has_shot(int index) const {
+  return index >= -static_cast<int>(before.size()) && index < static_cast<int>(shots.size() + after.size());
+}
+
+const Shot& Film::shot(int index) const {
+  const int count = static_cast<int>(shots.size());
+  if (index < 0) return before.at(static_cast<int>(before.size()) + index);
+  return index < count ? shots[index] : after.at(index - count);
 }
 
 cv::Size film_size(const Film& film) {

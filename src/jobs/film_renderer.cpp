@@ -56,12 +56,15 @@ class FilmRenderer::Layers {
   static Pixels whole_frame(const PersonView& view, const Camera& camera) {
     const std::size_t channels = view.window.empty() ? 0 : view.pixels.size() / view.alpha.size();
     const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-    Pixels whole{std::vector<float>(channels * pixels), std::vector<float>(pixels), {}, {}};
+    Pixels whole{
+        std::vector<float>(channels * pixels), std::vector<float>(pixels), {}, std::vector<float>(pixels)};
     for (int y = 0; y < view.window.height; ++y) {
       const std::size_t from = static_cast<std::size_t>(y) * view.window.width;
       const std::size_t to = static_cast<std::size_t>(view.window.y + y) * camera.width + view.window.x;
       std::copy_n(&view.pixels[channels * from], channels * view.window.width, &whole.values[channels * to]);
       std::copy_n(&view.alpha[from], view.window.width, &whole.alpha[to]);
+      for (int x = 0; x < view.window.width; ++x)
+        if (view.alpha[from + x] > 0.5f) whole.depth[to + x] = view.depth[from + x];
     }
     return whole;
   }

@@ -8,6 +8,10 @@
 namespace vivant {
 namespace {
 
+/// How far colours are moved to the painting's: further than for single pictures, because the mean over
+/// frames (film_frames.hpp) takes contrast from the strokes, which style scores count.
+constexpr double film_colour_match = 0.8;
+
 /// Colours as the stylizer sees them: the person alone stands before grey.
 std::vector<float> seen_colours(const LayerFrame& frame) {
   std::vector<float> rgb = frame.rgb;
@@ -68,30 +72,24 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       for (const StyleShare& share : mixture) pictures.push_back({read_image(share.picture), share.weight});
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
-          FrameStylizer::Options{.tokens = scene.config.style.tokens});
+          FrameStylizer::Options{.colour_match = film_colour_match, .tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read(), views);
       state_->painters.push_back({mixture, std::move(stylizer)});
     }
 }
 FilmStylizer::~FilmStylizer() = default;
 
-LayerFrame FilmStylizer::stylise(const LayerFrame& frame, std::size_t index) {
+std::vector<float> FilmStylizer::paint(const LayerFrame& frame, std::size_t index) {
   const Look& look = state_->looks.at(index);
   const std::vector<float> rgb = seen_colours(frame);
   const RenderedFrame rendered{frame.features, rgb};
-  LayerFrame result{frame.width, frame.height, {}, frame.alpha, frame.person, frame.depth, {}};
-  if (!frame.alpha.empty()) {
-    result.rgb = state_->painted(rendered, look.person, look);
-    for (std::size_t i = 0; i < frame.alpha.size(); ++i)
-      for (int c = 0; c < 3; ++c) result.rgb[3 * i + c] *= frame.alpha[i];
-    return result;
-  }
-  result.rgb = state_->painted(rendered, look.scene, look);
+  if (!frame.alpha.empty()) return state_->painted(rendered, look.person, look);
+  std::vector<float> result = state_->painted(rendered, look.scene, look);
   if (!look.layered() || frame.person.empty()) return result;
   const std::vector<float> person = state_->painted(rendered, look.person, look);
   for (std::size_t i = 0; i < frame.person.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      result.rgb[3 * i + c] += frame.person[i] * (person[3 * i + c] - result.rgb[3 * i + c]);
+      result[3 * i + c] += frame.person[i] * (person[3 * i + c] - result[3 * i + c]);
   return result;
 }
 

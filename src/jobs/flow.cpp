@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 #include "vivant/runtime/error.hpp"
@@ -129,9 +128,9 @@ cv::Mat visible_pixels(const cv::Mat& forward, const cv::Mat& backward) {
   return visible;
 }
 
-cv::Mat warped(const cv::Mat& second, const cv::Mat& flow) {
+cv::Mat warped(const cv::Mat& second, const cv::Mat& flow, cv::InterpolationFlags how) {
   cv::Mat result;
-  cv::remap(second, result, positions(flow), {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::remap(second, result, positions(flow), {}, how, cv::BORDER_REPLICATE);
   return result;
 }
 

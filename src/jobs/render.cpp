@@ -5,7 +5,7 @@
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/video.hpp"
-#include "vivant/jobs/film_stylizer.hpp"
+#include "vivant/jobs/film_frames.hpp"
 #include "vivant/jobs/interrupt.hpp"
 
 namespace vivant {
@@ -25,15 +25,15 @@ void render(Device& device, const RenderOptions& options, Progress& progress) {
     video = std::make_unique<VideoWriter>(options.output, film_size(film), film.fps);
   else
     make_folder(options.output);
-  FilmRenderer renderer(device, run, scene, film, options.layers, options.look.stylised());
-  std::optional<FilmStylizer> stylizer;
-  if (options.look.stylised()) stylizer.emplace(device, scene, film, renderer, std::vector{options.look});
+  const bool stylised = options.look.stylised();
+  FilmFrames frames(device, run, scene, film, options.layers,
+                    stylised ? std::vector{options.look} : std::vector<Look>{});
   const InterruptGuard guard;
   const auto count = static_cast<std::int64_t>(film.shots.size());
   progress.begin("render", 0, count);
   for (std::int64_t i = 0; i < count; ++i) {
-    LayerFrame frame = renderer.render(film.shots[i]);
-    if (stylizer) frame = stylizer->stylise(frame, 0);
+    const int shot = static_cast<int>(i);
+    const LayerFrame frame = stylised ? frames.stylised(shot, 0) : frames.rendered(shot);
     if (video)
       video->write(to_picture(frame));
     else

@@ -35,13 +35,22 @@ struct Shot {
 
 /// The plan of a film: its shots, in order.
 struct Film {
+  /// How many shots before and after a shot its stylised picture depends on (film_frames.hpp).
+  static constexpr int reach = 1;
   double fps = 24;
   std::vector<Shot> shots;
+  std::vector<Shot> before,
+      after;  ///< next to the shots when they are a part of a film; at most `reach` each
   /// Shots that show what the film's colours are, from which they are matched to a painting: in its own scene
   /// training frames, the same for every film of the run, so that all its films have the same colours.
   std::vector<Shot> references;
   bool known_poses = false;    ///< frames of the capture from their own cameras
   double units_per_metre = 1;  ///< of the cameras' world; the person is in metres
+
+  /// The shot `index`, or one next to the shots: from -before.size() to shots.size() + after.size(),
+  /// exclusive.
+  bool has_shot(int index) const;
+  const Shot& shot(int index) const;
 };
 
 /// The film of the person of `run` in the scene of `scene`, which may be the same; cameras are those of

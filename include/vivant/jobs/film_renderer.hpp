@@ -1,6 +1,7 @@
 // How a film is made: plan_film (film.hpp) says which shots; FilmRenderer renders one shot to a LayerFrame,
 // floats that are not yet a picture; FilmStylizer (film_stylizer.hpp) gives the frame other colours, once for
-// every style; to_picture rounds them.
+// every style; FilmFrames (film_frames.hpp) does both and takes the mean over neighbouring frames; to_picture
+// rounds them.
 #pragma once
 #include <memory>
 #include <string>
@@ -16,8 +17,7 @@ struct LayerFrame {
   std::vector<float> rgb;     ///< [H, W, 3] not clamped; the person alone is premultiplied with alpha
   std::vector<float> alpha;   ///< [H, W], empty unless the person is alone
   std::vector<float> person;  ///< [H, W], the person's share of each pixel; empty without a scene or a person
-  std::vector<float>
-      depth;  ///< [H, W] along the ray, in the cameras' unit; 0 where nothing is; empty without a scene
+  std::vector<float> depth;   ///< [H, W] along the ray, in the cameras' unit; 0 where nothing is
   std::vector<float> features;  ///< [ceil(H/4), ceil(W/4), 256] like the colours; empty unless asked for
 };
 

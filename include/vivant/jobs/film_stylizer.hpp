@@ -20,9 +20,10 @@ class FilmStylizer {
                const std::vector<Look>& looks);
   ~FilmStylizer();
 
-  /// The frame in the look of this index. Person and scene with styles of their own are painted one after the
-  /// other, each as the whole picture, and put together by the person's alpha.
-  LayerFrame stylise(const LayerFrame& frame, std::size_t look);
+  /// The frame's colours [H, W, 3] in the look of this index, those of the person alone not multiplied with
+  /// alpha. Person and scene with styles of their own are painted one after the other, each as the whole
+  /// picture, and put together by the person's alpha.
+  std::vector<float> paint(const LayerFrame& frame, std::size_t look);
 
  private:
   struct State;

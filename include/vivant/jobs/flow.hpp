@@ -1,5 +1,6 @@
 #pragma once
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <vector>
 
@@ -41,7 +42,7 @@ class SurfaceFlow {
 /// something that moves).
 cv::Mat visible_pixels(const cv::Mat& forward, const cv::Mat& backward);
 
-/// The second picture (CV_8UC3) seen from the first: its colours at p + flow(p), bilinear.
-cv::Mat warped(const cv::Mat& second, const cv::Mat& flow);
+/// The second picture (CV_8UC3 or CV_32FC3) seen from the first: its colours at p + flow(p).
+cv::Mat warped(const cv::Mat& second, const cv::Mat& flow, cv::InterpolationFlags how = cv::INTER_LINEAR);
 
 }  // namespace vivant

@@ -1,0 +1,56 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "vivant/jobs/film_renderer.hpp"
+#include "vivant/jobs/film_stylizer.hpp"
+#include "vivant/jobs/flow.hpp"
+#include "vivant/jobs/temporal_mean.hpp"
+
+namespace vivant {
+
+/// The frames of a film in one look or several, in any order: each depends on its own shot and, when it is
+/// painted, on those `Film::reach` before and after it, not on what was asked before. Frames asked in order
+/// share the work of their neighbours.
+class FilmFrames {
+ public:
+  /// Films of `layers` ("both", "scene", "human"); see FilmRenderer and FilmStylizer, whose errors it throws.
+  /// Without looks there are only rendered frames. Everything given must outlive it.
+  FilmFrames(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
+             const std::string& layers, const std::vector<Look>& looks);
+  ~FilmFrames();
+
+  /// The shot as the fields show it.
+  const LayerFrame& rendered(int shot);
+  /// The shot's geometry.
+  const SurfaceView& surface(int shot);
+  /// The shot in the look of this index: the temporal mean (temporal_mean.hpp) of the painted shot and its
+  /// neighbours, along the better of two flows at each pixel.
+  LayerFrame stylised(int shot, std::size_t look);
+
+ private:
+  struct Entry;
+  Entry& entry(int shot);
+  void forget_all_but(int first, int last);
+  const std::vector<float>& painted(int shot, std::size_t look);
+  /// By the geometry, and by DIS on the rendered pictures: fields of short trainings know little of depth.
+  struct Flows {
+    cv::Mat geometry, dis;
+  };
+  const Flows& flows(int from, int to);
+  std::vector<Neighbour> neighbours(int shot, std::size_t look);
+
+  const Film& film_;
+  const Body* body_;
+  std::size_t look_count_;
+  FilmRenderer renderer_;
+  std::optional<FilmStylizer> stylizer_;
+  SurfaceFlow surface_flow_;
+  std::map<int, Entry> entries_;
+  std::map<std::pair<int, int>, Flows> flows_;
+};
+
+}  // namespace vivant

@@ -1,0 +1,70 @@
+#include "vivant/jobs/film_frames.hpp"
+
+#include "graph_helpers.hpp"
+#include "io_helpers.hpp"
+#include "tiny_run.hpp"
+#include "vivant/io/assets.hpp"
+#include "vivant/jobs/picture_scores.hpp"
+#include "vivant/jobs/temporal_mean.hpp"
+
+using namespace vivant;
+
+namespace {
+
+/// How far the pictures of two shots lie apart along the flow.
+double change(FilmFrames& frames, int from, int to, const cv::Mat& first, const cv::Mat& second) {
+  const SurfaceFlow flow(nullptr, 1);
+  const cv::Mat forward = flow.flow(frames.surface(from), frames.surface(to)),
+                visible = visible_pixels(forward, flow.flow(frames.surface(to), frames.surface(from)));
+  REQUIRE(cv::countNonZero(visible) > visible.total() / 2);
+  return rmse(first, warped(second, forward), visible);
+}
+
+}  // namespace
+
+TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked for first") {
+  const TemporaryFolder folder;
+  Device device;
+  Progress progress(ProgressMode::none, false);
+  const OpenRun run =
+      open_run(device,
+               make_tiny_run(device, folder.path(), true, 0,
+                             {"scene.steps=20", "human.steps=20", "features.steps=2", "features.views=2"}),
+               progress);
+  const FilmOptions options{.views = "orbit", .orbit_angle = 3, .orbit_frames = 6, .size = std::pair(96, 72)};
+  const Film film = plan_film(run, run, options);
+  const Look look = Look::whole({{asset_path("styles/cubist.jpg")}});
+  for (const std::string layers : {"both", "human"}) {
+    CAPTURE(layers);
+    FilmFrames frames(device, run, run, film, layers, {look});
+    std::vector<std::vector<float>> in_order;
+    for (int shot = 0; shot < 6; ++shot) in_order.push_back(frames.stylised(shot, 0).rgb);
+
+    // Backwards, and as a film of a single shot.
+    CHECK(frames.stylised(1, 0).rgb == in_order[1]);
+    FilmOptions single = options;
+    single.frames = {4, 5};
+    const Film one = plan_film(run, run, single);
+    CHECK(one.shots.size() == 1);
+    CHECK(FilmFrames(device, run, run, one, layers, {look}).stylised(0, 0).rgb == in_order[4]);
+
+    // What each shot is without its neighbours.
+    FilmRenderer renderer(device, run, run, film, layers, true);
+    FilmStylizer stylizer(device, run, film, renderer, {look});
+    std::vector<cv::Mat> alone, together;
+    for (int shot : {2, 3}) {
+      LayerFrame frame = renderer.render(film.shots[shot]);
+      const std::vector<float> painted = stylizer.paint(frame, 0);
+      frame.rgb = painted;
+      for (std::size_t i = 0; i < frame.alpha.size(); ++i)
+        for (int c = 0; c < 3; ++c) frame.rgb[3 * i + c] *= frame.alpha[i];
+      alone.push_back(to_picture(frame));
+      frame.rgb = in_order[shot];
+      together.push_back(to_picture(frame));
+    }
+    if (layers == "both")
+      CHECK(change(frames, 2, 3, together[0], together[1]) < 0.9 * change(frames, 2, 3, alone[0], alone[1]));
+    else
+      CHECK(cv::norm(alone[0], together[0]) > 0);
+  }
+}
