@@ -7,13 +7,16 @@
 #include "io_helpers.hpp"
 #include "vivant/jobs/capture_model.hpp"
 #include "vivant/jobs/config.hpp"
+#include "vivant/jobs/psnr.hpp"
 #include "vivant/jobs/scene_trainer.hpp"
 #include "vivant/jobs/synth.hpp"
 #include "vivant/model/baked_planes.hpp"
 #include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
+#include "vivant/ops/plane_variation.hpp"
 #include "vivant/ops/random.hpp"
+#include "vivant/ops/ray_distortion.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
@@ -98,25 +101,30 @@ Value mean_loss(Graph& graph, Value planes, const Config& config, const Capture&
   const int batches = static_cast<int>(config.scene.batches_per_step);
   Value total;
   for (int batch = 0; batch < batches; ++batch) {
-    const RandomKey pixels_key{seed, step, 2 * batch}, jitter_key{seed, step, 2 * batch + 1};
+    const RandomKey pixels_key{seed, step, 3 * batch}, jitter_key{seed, step, 3 * batch + 1};
     const Value ids = pick(pixels, config.scene.rays, pixels_key);
     const Rays rays = ray_generation(data.cameras(graph), ids, data.width(), data.height());
-    const RenderedRays rendered =
-        scene.render(graph, scene.sample(graph, planes, rays, &jitter_key), config.scene.weight_threshold);
-    const Value loss = l2_loss(scene.field().colour(graph, rendered.hidden, rendered.alpha),
-                               image_gather(data.images(graph), ids));
+    const FieldSamples samples = scene.sample(graph, planes, rays, &jitter_key);
+    const RenderedRays rendered = scene.render(graph, samples, config.scene.weight_threshold);
+    const Value error = l2_loss(scene.field().colour(graph, rendered.hidden, rendered.alpha),
+                                image_gather(data.images(graph), ids));
+    const Value spread = ray_distortion(rendered.weight, samples.depths, samples.range.near,
+                                        samples.range.far, scene.spacing());
+    const Value loss = add(error, affine(mean(spread), config.scene.distortion_weight));
     total = total ? add(total, loss) : loss;
   }
-  return affine(total, 1.0 / batches);
+  return add(affine(total, 1.0 / batches), affine(plane_variation(planes), config.scene.variation_weight));
 }
 
 /// The first moments after one step are the gradients, times 1 - beta1.
-void check_first_step(const Capture& capture, const std::string& planes) {
+void check_first_step(const Capture& capture, const std::string& planes,
+                      const std::vector<std::string>& more = {}) {
   CAPTURE(planes);
-  const Config config =
-      load_config("demo", std::nullopt,
-                  {"scene.planes=" + planes, "scene.plane_size=16", "scene.unet_widths=[16, 16]",
-                   "scene.rays=64", "scene.samples=16", "scene.batches_per_step=3"});
+  std::vector<std::string> settings = {"scene.planes=" + planes,     "scene.plane_size=16",
+                                       "scene.unet_widths=[16, 16]", "scene.rays=64",
+                                       "scene.samples=16",           "scene.batches_per_step=3"};
+  settings.insert(settings.end(), more.begin(), more.end());
+  const Config config = load_config("demo", std::nullopt, settings);
   Device& device = test_device();
   CaptureModel model(device, config, capture);
   const DeviceCapture data(device, capture, capture.training_frames());
@@ -138,6 +146,10 @@ void check_first_step(const Capture& capture, const std::string& planes) {
 
   SceneTrainer trainer(device, config, capture, data, store, model.scene());
   trainer.run(0);
+  const StepReport report = trainer.report(1);
+  const bool regularised = config.scene.variation_weight > 0;
+  CHECK((psnr_of(*report.loss) < *report.psnr - 0.01) ==
+        regularised);  // the PSNR is that of the colours alone
   for (std::size_t i = 0; i < names.size(); ++i) {
     CAPTURE(names[i]);
     std::vector<float> moments = store.read(names[i], ParameterStore::Kind::first_moment);
@@ -318,5 +330,9 @@ TEST_CASE(
   const TemporaryFolder folder;
   synthesise({.output = folder.path(), .frames = 9, .width = 48, .height = 32, .motion = {}});
   const Capture capture = load_capture(folder.path());
-  for (const char* planes : {"full", "vanilla"}) check_first_step(capture, planes);
+  for (const char* planes : {"full", "vanilla"}) {
+    check_first_step(capture, planes);
+    check_first_step(capture, planes,
+                     {"scene.variation_weight=0.3", "scene.distortion_weight=0.2", "scene.coarse_samples=8"});
+  }
 }

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "graph_helpers.hpp"
 
@@ -54,4 +55,36 @@ TEST_CASE("scene model: samples of a bounded space end at its box, those of rays
   CHECK(range(inside, 2).second == near(20));
   CHECK(range(inside, 3).first == near(0.99 * 20));
   CHECK(range(inside, 3).second == near(20));
+}
+
+TEST_CASE("scene model: samples are drawn where the weight of coarse ones is") {
+  constexpr int coarse_count = 8, sample_count = 32;
+  Device& device = test_device();
+  // The depths of a ray through a field of about this density everywhere.
+  const auto depths = [&](double density) {
+    ParameterStore store;
+    const SceneModel scene(
+        device, store, Initializer(3),
+        {.encoding = Encoding::vanilla, .plane_size = 16, .channels = 16, .density_bias = std::log(density)},
+        {.bounded = false, .near = 1, .far = 9, .opaque_last = false}, sample_count, {}, coarse_count);
+    store.allocate(device);
+    store.write("scene.density.weight", std::vector<float>(16, 0.0f));
+    Graph graph;
+    const Rays rays{graph.constant({1, 3}, std::vector<double>{0, 0, -5}),
+                    graph.constant({1, 3}, std::vector<double>{0, 0, 1})};
+    const Value drawn = scene.sample(graph, scene.field().planes(graph), rays, nullptr).depths;
+    Run run(graph, {drawn});
+    const std::vector<float> found = run.read(drawn);
+    CHECK(std::is_sorted(found.begin(), found.end()));
+    CHECK(found.front() >= 1);
+    CHECK(found.back() <= 9);
+    return found;
+  };
+  const auto nearer_than = [](const std::vector<float>& all, double depth) {
+    return std::count_if(all.begin(), all.end(), [&](float d) { return d < depth; });
+  };
+  const std::vector<float> empty = depths(1e-6), solid = depths(20);
+  CHECK(nearer_than(empty, 5) == sample_count / 2);   // evenly
+  CHECK(nearer_than(solid, 4) > 0.8 * sample_count);  // the ray ends in the first interval
+  CHECK(nearer_than(solid, 9) == sample_count);
 }

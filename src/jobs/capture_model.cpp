@@ -74,7 +74,8 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
   scene_ = std::make_unique<SceneModel>(
       device, store_, initializer, options, space,
       static_cast<int>(space.shell ? config.scene.shell_samples : config.scene.samples),
-      occupied ? occupied_points(space, capture.points) : std::vector<float>{});
+      occupied ? occupied_points(space, capture.points) : std::vector<float>{},
+      space.shell ? 0 : static_cast<int>(config.scene.coarse_samples));
   if (capture.human)
     human_ = std::make_unique<HumanModel>(device, store_, initializer, human_options(config),
                                           shaped(capture.human->body, capture.human->poses.shape),

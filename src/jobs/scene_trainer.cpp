@@ -5,7 +5,10 @@
 #include "vivant/model/view_renderer.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
+#include "vivant/ops/plane_variation.hpp"
 #include "vivant/ops/random.hpp"
+#include "vivant/ops/ray_distortion.hpp"
+#include "vivant/ops/reduction.hpp"
 
 namespace vivant {
 namespace {
@@ -19,6 +22,11 @@ std::int64_t plane_size_at(const Config& config, const SceneModel& model, std::i
   const double done = static_cast<double>(step) / static_cast<double>(config.scene.steps);
   const std::int64_t divisor = done < 0.25 ? 4 : done < 0.5 ? 2 : 1;
   return std::max(smallest, options.plane_size / divisor);
+}
+
+/// Adds to a sum, which may be absent: zero. A gradient may be absent, too.
+void add_to(Value& sum, Value term) {
+  if (term) sum = sum ? add(sum, term) : term;
 }
 
 }  // namespace
@@ -38,14 +46,22 @@ Value SceneTrainer::batch_loss(Graph& graph, Value planes, int batch) {
   const Value list = graph.named("background pixels", [&] {
     return graph.external("background pixels", {DType::i32, {pixel_count_}}, {pixels_, 0});
   });
-  const RandomKey pixels_key{phase().seed, phase().step, 2 * batch},
-      jitter_key{phase().seed, phase().step, 2 * batch + 1};
+  const RandomKey pixels_key{phase().seed, phase().step, 3 * batch},
+      jitter_key{phase().seed, phase().step, 3 * batch + 1};
   const Value ids = pick(list, config_.scene.rays, pixels_key);
   const Rays rays = ray_generation(data_.cameras(graph), ids, data_.width(), data_.height());
   const FieldSamples samples = model_.sample(graph, planes, rays, &jitter_key);
   const RenderedRays rendered = model_.render(graph, samples, config_.scene.weight_threshold);
-  return l2_loss(model_.field().colour(graph, rendered.hidden, rendered.alpha),
-                 image_gather(data_.images(graph), ids));
+  const Value error = l2_loss(model_.field().colour(graph, rendered.hidden, rendered.alpha),
+                              image_gather(data_.images(graph), ids));
+  const double share = 1.0 / static_cast<double>(config_.scene.batches_per_step);
+  add_to(phase().squared_error, affine(error, share));
+  Value loss = error;
+  if (config_.scene.distortion_weight > 0)
+    loss = add(loss, affine(mean(ray_distortion(rendered.weight, samples.depths, samples.range.near,
+                                                samples.range.far, model_.spacing())),
+                            config_.scene.distortion_weight));
+  return affine(loss, share);
 }
 
 void SceneTrainer::begin_phase(std::int64_t step) {
@@ -68,15 +84,16 @@ void SceneTrainer::begin_phase(std::int64_t step) {
   const Value planes = model_.field().planes(graph, phase().plane_size);
   Values wrt = values(head_names);
   if (planes) wrt.push_back(planes);
-  Values sums;
-  const int batches = static_cast<int>(config_.scene.batches_per_step);
-  for (int batch = 0; batch < batches; ++batch) {
-    const Value loss = affine(batch_loss(graph, planes, batch), 1.0 / batches);
+  Values sums(wrt.size());
+  const auto add_loss = [&](Value loss) {
     const Values gradients = differentiate(graph, loss, wrt);
-    for (std::size_t i = 0; i < wrt.size(); ++i)
-      batch == 0 ? sums.push_back(gradients[i]) : void(sums[i] = add(sums[i], gradients[i]));
-    phase().loss = batch == 0 ? loss : add(phase().loss, loss);
-  }
+    for (std::size_t i = 0; i < wrt.size(); ++i) add_to(sums[i], gradients[i]);
+    add_to(phase().loss, loss);
+  };
+  for (int batch = 0; batch < static_cast<int>(config_.scene.batches_per_step); ++batch)
+    add_loss(batch_loss(graph, planes, batch));
+  if (planes && config_.scene.variation_weight > 0)
+    add_loss(affine(plane_variation(planes), config_.scene.variation_weight));
   std::vector<std::string> names = head_names;
   if (planes) {
     const Value seed = sums.back();
@@ -91,7 +108,7 @@ void SceneTrainer::begin_phase(std::int64_t step) {
           .trained = names,
           .groups = group_count,
           .adam = {.beta1 = config_.training.adam_beta1, .beta2 = config_.training.adam_beta2}});
-  phase().executor = std::make_unique<Executor>(device_, graph, Values{phase().loss});
+  phase().executor = std::make_unique<Executor>(device_, graph, Values{phase().loss, phase().squared_error});
 }
 
 void SceneTrainer::run(std::int64_t step) {
@@ -117,7 +134,7 @@ StepReport SceneTrainer::report(std::int64_t step) {
   StepReport report;
   report.step = step;
   report.loss = phase().executor->read(phase().loss)[0];
-  report.psnr = psnr_of(*report.loss);
+  report.psnr = psnr_of(phase().executor->read(phase().squared_error)[0]);
   report.rays =
       static_cast<double>((step - reported_step_) * config_.scene.rays * config_.scene.batches_per_step);
   reported_step_ = step;

@@ -5,7 +5,9 @@ namespace vivant {
 BakedScene::BakedScene(Device& device, const SceneModel& scene, double threshold)
     : scene_(scene), threshold_(threshold), planes_(device, scene.field()) {
   const FieldOptions& field = scene.field().options();
-  if (threshold > 0 && field.encoding != Encoding::mlp && field.plane_size <= OccupancyGrid::largest_planes)
+  const bool evenly = scene.coarse_samples() == 0;  // the grid finds the occupied ones of many samples
+  if (evenly && threshold > 0 && field.encoding != Encoding::mlp &&
+      field.plane_size <= OccupancyGrid::largest_planes)
     grid_.emplace(device, scene.field(), planes_);
 }
 

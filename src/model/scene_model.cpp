@@ -45,27 +45,49 @@ Interval depth_range(Graph& graph, const SceneSpace& space, const Rays& rays) {
 
 SceneModel::SceneModel(Device& device, ParameterStore& store, const Initializer& initializer,
                        const FieldOptions& options, const SceneSpace& space, int samples,
-                       std::vector<float> occupied_points)
+                       std::vector<float> occupied_points, int coarse_samples)
     : field_(device, store, initializer, "scene", options, std::move(occupied_points)),
       space_(space),
-      samples_(samples) {}
+      samples_(samples),
+      coarse_samples_(coarse_samples) {}
 
-SceneModel::Placed SceneModel::place(Graph& graph, const Rays& rays, const RandomKey* random) const {
-  const Interval range = depth_range(graph, space_, rays);
-  const Spacing spacing = space_.inverse_depth ? Spacing::disparity : Spacing::linear;
-  Placed placed;
-  placed.samples = stratified_samples(range.near, range.far, samples_, spacing,
-                                      random ? *random : no_randomness(graph), random != nullptr);
+/// The points of the samples; the last sample hides all behind it where the space says so.
+void SceneModel::finish(Graph& graph, const Rays& rays, Placed& placed) const {
   const Value world = points_on_rays(rays.origins, rays.directions, placed.samples.depths);
   placed.points = space_.contracted
                       ? contract(world, array_of(space_.centre), space_.radius.maxCoeff())
                       : normalise_to_box(world, array_of(space_.centre), array_of(space_.radius));
-  if (space_.opaque_last) {
-    std::vector<double> extra(samples_, 0.0);
-    extra.back() = endless;
-    placed.samples.deltas =
-        add(placed.samples.deltas, graph.constant({samples_}, std::span<const double>(extra)));
-  }
+  if (!space_.opaque_last) return;
+  const std::int64_t samples = placed.samples.depths.shape()[1];
+  std::vector<double> extra(samples, 0.0);
+  extra.back() = endless;
+  placed.samples.deltas =
+      add(placed.samples.deltas, graph.constant({samples}, std::span<const double>(extra)));
+}
+
+SceneModel::Placed SceneModel::place(Graph& graph, const Rays& rays, int samples,
+                                     const RandomKey* random) const {
+  Placed placed;
+  placed.range = depth_range(graph, space_, rays);
+  placed.samples = stratified_samples(placed.range.near, placed.range.far, samples, spacing(),
+                                      random ? *random : no_randomness(graph), random != nullptr);
+  finish(graph, rays, placed);
+  return placed;
+}
+
+SceneModel::Placed SceneModel::place_by_weight(Graph& graph, Value planes, const Rays& rays,
+                                               const RandomKey* random) const {
+  const Placed coarse = place(graph, rays, coarse_samples_, random);
+  const Value features = field_.features(graph, planes, coarse.points);
+  const Value density = graph.reshape(field_.density(graph, features), coarse.samples.depths.shape());
+  const RenderWeights weights = render_weights(density, coarse.samples.deltas, coarse.samples.depths);
+  RandomKey key = random ? *random : no_randomness(graph);
+  ++key.stream;
+  Placed placed;
+  placed.range = coarse.range;
+  placed.samples = importance_samples(coarse.samples.depths, graph.detach(weights.weight), placed.range.near,
+                                      placed.range.far, samples_, key, random != nullptr);
+  finish(graph, rays, placed);
   return placed;
 }
 
@@ -73,6 +95,7 @@ FieldSamples SceneModel::unqueried(const Placed& placed, Output output) {
   FieldSamples samples;
   samples.depths = placed.samples.depths;
   samples.deltas = placed.samples.deltas;
+  samples.range = placed.range;
   samples.output = output;
   return samples;
 }
@@ -80,7 +103,8 @@ FieldSamples SceneModel::unqueried(const Placed& placed, Output output) {
 FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
                                 Output output) const {
   const Graph::Scope scope(graph, "scene");
-  const Placed placed = place(graph, rays, random);
+  const Placed placed = coarse_samples_ > 0 ? place_by_weight(graph, planes, rays, random)
+                                            : place(graph, rays, samples_, random);
   FieldSamples samples = unqueried(placed, output);
   samples.features = field_.features(graph, planes, placed.points);
   samples.density = graph.reshape(field_.density(graph, samples.features), samples.depths.shape());
@@ -91,7 +115,7 @@ FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, co
 FieldSamples SceneModel::sample_occupied(Graph& graph, Value planes, const Rays& rays,
                                          const OccupancyGrid& grid, double threshold, Output output) const {
   const Graph::Scope scope(graph, "scene");
-  const Placed placed = place(graph, rays, nullptr);
+  const Placed placed = place(graph, rays, samples_, nullptr);
   FieldSamples samples = unqueried(placed, output);
   const OccupiedSamples occupied = grid.occupied_samples(graph, placed.points, samples.deltas, threshold);
   samples.rows = occupied.rows;

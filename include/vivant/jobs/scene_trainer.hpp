@@ -29,7 +29,7 @@ class SceneTrainer final : public StageTrainer {
   struct Phase {
     std::int64_t first_step = 0, plane_size = 0;
     Graph graph;
-    Value seed, step, loss;
+    Value seed, step, loss, squared_error;
     std::unique_ptr<Optimizer> optimizer;
     std::unique_ptr<Executor> executor;
   };

@@ -8,6 +8,7 @@ namespace vivant {
 /// The samples of a batch of rays in one field, before rendering.
 struct FieldSamples {
   Value depths, deltas;            ///< [R, S] along the unit directions, in the capture's unit
+  Interval range;                  ///< where they were drawn
   Value density;                   ///< [R, S]
   Value features;                  ///< [R S, C] of the planes, or [K, C] of the samples that have a row
   Value rows;                      ///< i32 [R, S], where some were left out: see occupied_samples
@@ -26,15 +27,20 @@ struct RenderedRays {
 /// The background: a radiance field in the space of a capture.
 class SceneModel {
  public:
+  /// `coarse_samples`: how many find where a ray's weight is, before the others are drawn there; 0: `samples`
+  /// are spread evenly.
   SceneModel(Device& device, ParameterStore& store, const Initializer& initializer,
              const FieldOptions& options, const SceneSpace& space, int samples,
-             std::vector<float> occupied_points = {});
+             std::vector<float> occupied_points = {}, int coarse_samples = 0);
 
   const Field& field() const { return field_; }
   const SceneSpace& space() const { return space_; }
+  int coarse_samples() const { return coarse_samples_; }
+  /// How samples are spread along a ray.
+  Spacing spacing() const { return space_.inverse_depth ? Spacing::disparity : Spacing::linear; }
 
-  /// Stratified samples on rays, jittered with `random` (absent: their midpoints), and what the field says of
-  /// them.
+  /// Stratified samples on rays, or samples where the weight of coarse ones is, jittered with `random` (and
+  /// with the stream after its own; absent: at the middles of their strata), and what the field says of them.
   FieldSamples sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
                       Output output = Output::colour) const;
   /// For rendering: samples at the midpoints, those alone that may weigh more than `threshold`.
@@ -52,14 +58,18 @@ class SceneModel {
  private:
   struct Placed {
     Samples samples;
+    Interval range;
     Value points;  // [R S, 3] in the field's coordinates
   };
-  Placed place(Graph& graph, const Rays& rays, const RandomKey* random) const;
+  Placed place(Graph& graph, const Rays& rays, int samples, const RandomKey* random) const;
+  /// Where the weight of coarse samples is. No gradient comes back this way.
+  Placed place_by_weight(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const;
+  void finish(Graph& graph, const Rays& rays, Placed& placed) const;
   static FieldSamples unqueried(const Placed& placed, Output output);
 
   Field field_;
   SceneSpace space_;
-  int samples_;
+  int samples_, coarse_samples_;
 };
 
 /// Points of a capture in the coordinates of its space, [P, 3], for Encoding::occupied.
