@@ -38,6 +38,7 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
     CAPTURE(layers);
     FilmFrames frames(device, run, run, film, layers, {look});
     std::vector<std::vector<float>> in_order;
+    in_order.reserve(film.shots.size());
     for (int shot = 0; shot < 6; ++shot) in_order.push_back(frames.stylised(shot, 0).rgb);
 
     // Backwards, and as a film of a single shot.

@@ -15,6 +15,7 @@ bool own_views(const std::string& views) { return views == "all" || views == "tr
 
 std::vector<Camera> cameras_of(const Capture& capture, const std::vector<int>& frames) {
   std::vector<Camera> cameras;
+  cameras.reserve(frames.size());
   for (const int frame : frames) cameras.push_back(capture.frames[frame].camera);
   return cameras;
 }
@@ -72,6 +73,7 @@ std::vector<PersonState> animated(const OpenRun& run, const OpenRun& scene, cons
                       place_of(scene, options), standing_up(scene.capture));
   const HumanModel::CodeRow codes = novel_codes(run.config, human);
   std::vector<PersonState> states;
+  states.reserve(motion.frame_count());
   for (int i = 0; i < motion.frame_count(); ++i) states.push_back(novel_state(motion, i, codes));
   return states;
 }
@@ -82,6 +84,7 @@ std::vector<PersonState> captured(const OpenRun& run, const OpenRun& scene, cons
                                   const std::vector<int>& frames) {
   const HumanModel& human = *run.model->human();
   std::vector<PersonState> states;
+  states.reserve(frames.size());
   for (const int frame : frames) states.push_back(captured_state(human, run.capture, frame));
   if (&scene == &run && !options.place) return states;
   const Motion motion = placed_in_scene(human.body().body(), run.capture.human->poses,

@@ -1,6 +1,7 @@
 #include "vivant/jobs/film_renderer.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vivant/model/composite_renderer.hpp"
 #include "vivant/model/frame_stylizer.hpp"
@@ -126,7 +127,9 @@ LayerFrame FilmRenderer::render(const Shot& shot) {
 
 namespace {
 
-std::uint8_t byte(float x) { return static_cast<std::uint8_t>(std::clamp(x, 0.0f, 1.0f) * 255.0f + 0.5f); }
+std::uint8_t byte(float x) {
+  return static_cast<std::uint8_t>(std::lround(std::clamp(x, 0.0f, 1.0f) * 255.0f));
+}
 
 }  // namespace
 

@@ -64,6 +64,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
     references.push_back(renderer.render(shot));
     references.back().rgb = seen_colours(references.back());
   }
+  views.reserve(references.size());
   for (const LayerFrame& frame : references) views.push_back({frame.features, frame.rgb});
   for (const Look& look : looks)
     for (const StyleMixture& mixture : {look.person, look.scene}) {
