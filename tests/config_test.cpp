@@ -23,7 +23,7 @@ std::string refusal(const std::string& text, const std::vector<std::string>& set
 TEST_CASE("config: flag over file over preset") {
   const Config standard = preset_config("standard"), demo = preset_config("demo");
   CHECK(standard == Config{});
-  CHECK(demo.scene.plane_size != standard.scene.plane_size);
+  CHECK(demo.scene.plane_channels != standard.scene.plane_channels);
   CHECK(preset_config("quality").scene.steps > standard.scene.steps);
 
   const std::string file = "preset = \"demo\"\n[scene]\nplane_size = 96\nunet_rate = 1\n";

@@ -85,6 +85,6 @@ TEST_CASE("scene model: samples are drawn where the weight of coarse ones is") {
   };
   const std::vector<float> empty = depths(1e-6), solid = depths(20);
   CHECK(std::abs(nearer_than(empty, 5) - sample_count / 2) <= 3);  // evenly over the bins
-  CHECK(nearer_than(solid, 4) > 0.8 * sample_count);  // the ray ends in the first interval
+  CHECK(nearer_than(solid, 4) > 0.8 * sample_count);               // the ray ends in the first interval
   CHECK(nearer_than(solid, 9) == sample_count);
 }
