@@ -7,7 +7,7 @@
 //   depths, weight [R,S], near, far [R]  ->  drawn [R,N], ascending: fraction (k + u) / N of the mass, u random or 1/2
 #include "philox.clh"
 
-// Of all samples drawn, the share that looks everywhere alike is this to 1.
+// The mass that all bins share alike, to that of the weight, which is 1 on opaque rays.
 #define EVERYWHERE (REAL)0.3
 
 inline REAL bin_mass(IN REAL* w, int i, int bins) {

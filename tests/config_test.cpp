@@ -41,6 +41,19 @@ TEST_CASE("config: flag over file over preset") {
   CHECK(parse_config("", "", "") == standard);
 }
 
+TEST_CASE("config: what a run was trained with before a key came stays") {
+  const std::string old = "preset = \"demo\"\n[scene]\nplane_size = 96\nplane_scales = 3\n";
+  const Config config = parse_run_config(old, "config.toml");
+  CHECK(config.scene.coarse_samples == 0);
+  CHECK(config.scene.variation_weight == 0);
+  CHECK(config.scene.distortion_weight == 0);
+  CHECK(config.scene.weight_threshold == 0);
+  CHECK(config.scene.plane_scales == 3);
+  CHECK(parse_run_config("[scene]\nplane_size = 96\n", "config.toml").scene.plane_scales == 1);
+  const Config today = preset_config("demo");
+  CHECK(parse_run_config(to_toml(today), "config.toml") == today);
+}
+
 TEST_CASE("config: what is written reads back, for every preset and every key") {
   for (const std::string preset : {"demo", "standard", "quality"}) {
     const Config config = preset_config(preset);

@@ -68,4 +68,24 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
     else
       CHECK(cv::norm(alone[0], together[0]) > 0);
   }
+
+  // A layer without a style, and a look of no strength, are as rendered.
+  Look person_alone = look, none = look;
+  person_alone.scene.clear();
+  none.strength = 0;
+  FilmFrames frames(device, run, run, film, "both", {person_alone, none});
+  const LayerFrame layered = frames.stylised(2, 0), faint = frames.stylised(2, 1);
+  const cv::Mat person = frames.surface(2).person;
+  FilmRenderer renderer(device, run, run, film, "both", true);
+  FilmStylizer stylizer(device, run, film, renderer, {person_alone, none});
+  LayerFrame frame = renderer.render(film.shots[2]);
+  const std::vector<float> alone = stylizer.paint(frame, 0), without = stylizer.paint(frame, 1);
+  CHECK(faint.rgb == without);
+  int beside = 0;
+  for (int i = 0; i < static_cast<int>(person.total()); ++i) {
+    if (person.ptr<float>()[i] > 0) continue;
+    ++beside;
+    for (int c = 0; c < 3; ++c) CHECK(layered.rgb[3 * i + c] == alone[3 * i + c]);
+  }
+  CHECK(beside > 1000);
 }

@@ -54,6 +54,7 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
   if (film.look.layered())
     settings["style"] =
         fmt::format("person {}, scene {}", content_name(film.look.person), content_name(film.look.scene));
+  if (film.look.stylised()) settings["frames_averaged"] = 2 * Film::reach + 1;
   if (film.look.stylised()) settings["strength"] = film.look.strength;
   if (film.look.stylised()) settings["keep_colour"] = film.look.keep_colour;
   if (options.views == "orbit") settings["orbit_angle"] = options.orbit_angle;

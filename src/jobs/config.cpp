@@ -177,6 +177,18 @@ Config parse_config(const std::string& preset, const std::string& text, const st
   return config;
 }
 
+Config parse_run_config(const std::string& text, const std::string& source) {
+  const toml::table table = parse_toml(text, source);
+  std::vector<std::string> settings;
+  for (const auto& [key, before] : {std::pair("scene.coarse_samples", "0"),
+                                    {"scene.variation_weight", "0"},
+                                    {"scene.distortion_weight", "0"},
+                                    {"scene.plane_scales", "1"},
+                                    {"scene.weight_threshold", "0"}})
+    if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));
+  return parse_config("", text, source, settings);
+}
+
 Config load_config(const std::string& preset, const std::optional<std::filesystem::path>& file,
                    const std::vector<std::string>& settings) {
   return parse_config(preset, file ? read_whole_file(*file) : "", file ? file->string() : "", settings);

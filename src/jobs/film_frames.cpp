@@ -12,6 +12,16 @@ cv::Mat colours_of(const std::vector<float>& rgb, const LayerFrame& frame) {
   return {frame.height, frame.width, CV_32FC3, const_cast<float*>(rgb.data())};
 }
 
+/// Puts a layer back into a mean as it was before: of the person, or of the scene.
+void put_back(const cv::Mat& before, const cv::Mat& person, bool of_person, cv::Mat& mean) {
+  for (int y = 0; y < mean.rows; ++y)
+    for (int x = 0; x < mean.cols; ++x) {
+      const float share = of_person ? person.at<float>(y, x) : 1 - person.at<float>(y, x);
+      cv::Vec3f& colour = mean.at<cv::Vec3f>(y, x);
+      colour = share * before.at<cv::Vec3f>(y, x) + (1 - share) * colour;
+    }
+}
+
 const Body* body_of(const OpenRun& run) {
   return run.model->human() ? &run.model->human()->body().body() : nullptr;
 }
@@ -28,7 +38,7 @@ FilmFrames::FilmFrames(Device& device, const OpenRun& run, const OpenRun& scene,
                        const std::string& layers, const std::vector<Look>& looks)
     : film_(film),
       body_(body_of(run)),
-      look_count_(looks.size()),
+      looks_(looks),
       renderer_(device, run, scene, film, layers, !looks.empty()),
       surface_flow_(body_, film.units_per_metre) {
   if (!looks.empty()) stylizer_.emplace(device, scene, film, renderer_, looks);
@@ -64,7 +74,7 @@ const std::vector<float>& FilmFrames::painted(int shot, std::size_t look) {
   if (const auto found = here.painted.find(look); found != here.painted.end()) return found->second;
   const std::vector<float>& painted =
       here.painted.emplace(look, stylizer_->paint(here.frame, look)).first->second;
-  if (here.painted.size() == look_count_) here.frame.features = {};  // by far the largest part of a frame
+  if (here.painted.size() == looks_.size()) here.frame.features = {};  // by far the largest part of a frame
   return painted;
 }
 
@@ -97,7 +107,12 @@ std::vector<Neighbour> FilmFrames::neighbours(int shot, std::size_t look) {
 LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
   forget_all_but(shot - Film::reach, shot + Film::reach);
   const LayerFrame& plain = entry(shot).frame;
-  const cv::Mat mean = temporal_mean(colours_of(painted(shot, look), plain), neighbours(shot, look));
+  const cv::Mat alone = colours_of(painted(shot, look), plain), person = surface(shot).person;
+  cv::Mat mean = looks_[look].strength > 0 ? temporal_mean(alone, neighbours(shot, look)) : alone;
+  if (looks_[look].layered() && !person.empty())
+    for (const bool of_person : {true, false})
+      if ((of_person ? looks_[look].person : looks_[look].scene).empty())
+        put_back(alone, person, of_person, mean);
   LayerFrame result{plain.width, plain.height, {}, plain.alpha, plain.person, plain.depth, {}};
   result.rgb.assign(mean.ptr<float>(), mean.ptr<float>() + 3 * mean.total());
   for (std::size_t i = 0; i < result.alpha.size(); ++i)

@@ -7,7 +7,7 @@ namespace vivant {
 
 OpenRun open_run(Device& device, const std::filesystem::path& path, Progress& progress) {
   RunFolder folder = RunFolder::open_to_read(path);
-  Config config = parse_config("", read_whole_file(folder.config()), folder.config().string());
+  Config config = parse_run_config(read_whole_file(folder.config()), folder.config().string());
   Capture capture = load_capture(folder.capture(), PictureCheck::when_read);
   auto model = std::make_unique<CaptureModel>(device, config, capture);
   const auto newest = folder.newest_checkpoint();

@@ -142,8 +142,7 @@ void Plan::check_folder(const ReproduceOptions& options) const {
   };
   for (const auto& [key, value] : made_with.items())
     if (before.value(key, nlohmann::json()) != nlohmann::json(value)) refuse(key);
-  // Keys that came later have their standard values.
-  if (!(parse_config("", before.value("settings", ""), file.string()) == config_)) refuse("settings");
+  if (!(parse_run_config(before.value("settings", ""), file.string()) == config_)) refuse("settings");
 }
 
 ordered_json Plan::train_run(const std::string& method, const std::string& planes) {

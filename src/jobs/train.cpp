@@ -152,7 +152,7 @@ void train(Device& device, const TrainOptions& options, Progress& progress) {
   if (options.print_plan || !options.dot.empty()) return show_plan(device, options);
   const RunFolder run = open_run(options);
   progress.record_in(run);
-  const Config config = parse_config("", read_whole_file(run.config()), run.config().string());
+  const Config config = parse_run_config(read_whole_file(run.config()), run.config().string());
   Training(device, run, config, progress).run_stages(options.stage, options.resume);
 }
 

@@ -11,6 +11,8 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const Shape shape{v.sizes[0], v.sizes[1]};
   std::vector<HostTensor> in = {random.tensor(shape, 0, 0.1), random.tensor(shape, 0.1, 4)};
   const std::int64_t samples = v.sizes[1];
+  for (std::int64_t r = 0; r < v.sizes[0]; ++r)
+    std::sort(in[1].data.begin() + r * samples, in[1].data.begin() + (r + 1) * samples);
   for (std::int64_t r = 0; r < v.sizes[0]; ++r) {
     const auto row = in[0].data.begin() + r * samples;
     if (r % 5 == 1) std::fill_n(row, samples, 0.0);  // nothing there
@@ -27,8 +29,16 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
   depth.shape = {v.sizes[0], 1};
   for (std::int64_t r = 0; r < v.sizes[0]; ++r) {
     const std::int64_t first = r * v.sizes[1], end = first + v.sizes[1];
-    const auto begin = in[0].data.begin();
-    const std::int64_t peak = std::max_element(begin + first, begin + end) - begin;
+    std::int64_t peak = first;
+    double greatest = 0;
+    for (std::int64_t i = first; i < end; ++i) {
+      const std::int64_t from = std::max(first, std::min(i, end - 2)), to = std::min(from + 1, end - 1);
+      const std::vector<double>& depths = in[1].data;
+      const double length = v.sizes[1] == 1 ? 1 : std::max((depths[to] - depths[from]) / depths[to], 1e-6);
+      if (in[0].data[i] / length <= greatest) continue;
+      greatest = in[0].data[i] / length;
+      peak = i;
+    }
     double sum = 0, moment = 0;
     for (std::int64_t i = std::max(first, peak - 1); i < std::min(end, peak + 2); ++i) {
       sum += in[0].data[i];

@@ -41,6 +41,10 @@ Config load_config(const std::string& preset, const std::optional<std::filesyste
 Config parse_config(const std::string& preset, const std::string& text, const std::string& source,
                     const std::vector<std::string>& settings = {});
 
+/// The configuration that a run keeps. It names every key, unless an older program wrote it: what came later
+/// has the value then that the run was trained with, not today's standard.
+Config parse_run_config(const std::string& text, const std::string& source);
+
 /// Every key with its value, and what it means as a comment. parse_config gives the same Config back.
 std::string to_toml(const Config& config);
 

@@ -28,7 +28,7 @@ class FilmFrames {
   /// The shot's geometry.
   const SurfaceView& surface(int shot);
   /// The shot in the look of this index: the temporal mean (temporal_mean.hpp) of the painted shot and its
-  /// neighbours, along the better of two flows at each pixel.
+  /// neighbours, along the better of two flows at each pixel. A layer without a style is as rendered.
   LayerFrame stylised(int shot, std::size_t look);
 
  private:
@@ -45,7 +45,7 @@ class FilmFrames {
 
   const Film& film_;
   const Body* body_;
-  std::size_t look_count_;
+  std::vector<Look> looks_;
   FilmRenderer renderer_;
   std::optional<FilmStylizer> stylizer_;
   SurfaceFlow surface_flow_;

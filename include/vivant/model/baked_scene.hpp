@@ -10,10 +10,11 @@ namespace vivant {
 /// A scene as it was when this was made, for rendering: planes and density bounds are computed once.
 class BakedScene {
  public:
-  /// Samples that weigh less than `threshold` need not be looked at; 0: all are. Fields without planes, and
-  /// with large ones, have no bounds: a grid of their densities would cost more than it saves.
+  /// Samples that weigh less than `threshold` need not be looked at; 0: all are. Scenes with coarse samples,
+  /// fields without planes and those with large ones have no bounds: a grid of their densities would cost
+  /// more than it saves.
   BakedScene(Device& device, const SceneModel& scene, double threshold);
-  /// Samples at the midpoints of the rays' strata.
+  /// SceneModel::sample without randomness, as far as samples are looked at.
   FieldSamples sample(Graph& graph, const Rays& rays, Output output) const;
 
  private:

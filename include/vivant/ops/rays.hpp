@@ -39,7 +39,7 @@ Samples stratified_samples(Value near, Value far, int samples, Spacing spacing, 
 
 /// Samples where the weight of coarse samples is, ascending: depths and weight [R, S] as render_weights takes
 /// and gives them, near and far [R, 1] -> [R, samples]. A sample's weight counts for the bin from it to the
-/// next one; a part of the samples, three in thirteen, looks everywhere (NeRF's hierarchical sampling,
+/// next one; a part of the samples looks everywhere (NeRF's hierarchical sampling,
 /// Mildenhall et al. 2020, section 5.2, with the widened bins of Mip-NeRF). With `jitter` at random, else at
 /// fixed fractions. No gradient.
 Samples importance_samples(Value depths, Value weight, Value near, Value far, int samples,
