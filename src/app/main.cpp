@@ -3,6 +3,9 @@
 
 #include <cstdlib>
 #include <new>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "app/commands.hpp"
 #include "vivant/jobs/interrupt.hpp"
@@ -53,6 +56,10 @@ void add_global_options(CLI::App& app, vivant::app::Globals& globals) {
 }
 
 int run(int argc, char** argv) {
+#ifdef __GLIBC__
+  // Large buffers go back to the system when they are freed, and leave no gaps that make a long run grow.
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
   CLI::App app("From a monocular video of a moving person and any painting to a stylised 4D video.",
                "vivant");
   app.footer(
