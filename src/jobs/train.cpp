@@ -30,7 +30,7 @@ struct Stage {
 /// The folder of paintings for stage style; throws when one of them cannot be read.
 std::filesystem::path styles_of(const TrainOptions& options) {
   const std::filesystem::path folder = options.styles.empty() ? asset_path("styles") : options.styles;
-  TrainingPictures({folder}, least_painting_side, least_painting_side, {});
+  [[maybe_unused]] const TrainingPictures readable({folder}, least_painting_side, least_painting_side, {});
   return folder;
 }
 
