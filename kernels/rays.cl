@@ -37,6 +37,24 @@ KERNEL void points_on_rays(IN REAL* restrict origins, IN REAL* restrict directio
     points[3 * (size_t)i + axis] = origins[3 * ray + axis] + depth * directions[3 * ray + axis];
 }
 
+// grad_origin = sum of a ray's gradients, grad_direction = sum of them times the depths; one ray per work-item.
+KERNEL void points_on_rays_gradient(IN REAL* restrict depths, IN REAL* restrict grad_points,
+                                    GLOBAL REAL* restrict grad_origins, GLOBAL REAL* restrict grad_directions, int rays,
+                                    int samples) {
+  const int ray = get_global_id(0);
+  if (ray >= rays) return;
+  REAL origin[3] = {0, 0, 0}, direction[3] = {0, 0, 0};
+  for (size_t i = (size_t)ray * samples; i < (size_t)(ray + 1) * samples; ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis] += grad_points[3 * i + axis];
+      direction[axis] += depths[i] * grad_points[3 * i + axis];
+    }
+  for (int axis = 0; axis < 3; ++axis) {
+    grad_origins[3 * ray + axis] = origin[axis];
+    grad_directions[3 * ray + axis] = direction[axis];
+  }
+}
+
 // y = (x - centre) * scale, then contracted or not.
 KERNEL void normalise_points(IN REAL* restrict points, GLOBAL REAL* restrict y, REAL centre_x, REAL centre_y,
                              REAL centre_z, REAL scale_x, REAL scale_y, REAL scale_z, int capacity, IN int* count) {

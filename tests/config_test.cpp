@@ -48,6 +48,10 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK(config.scene.variation_weight == 0);
   CHECK(config.scene.distortion_weight == 0);
   CHECK(config.scene.weight_threshold == 0);
+  CHECK(config.scene.camera_rate == 0);
+  CHECK(config.scene.exposure_rate == 0);
+  CHECK(config.human.plane_scales == 1);
+  CHECK(config.human.variation_weight == 0);
   CHECK(config.scene.plane_scales == 3);
   CHECK(parse_run_config("[scene]\nplane_size = 96\n", "config.toml").scene.plane_scales == 1);
   const Config today = preset_config("demo");

@@ -107,7 +107,7 @@ TEST_CASE("evaluate: held-out frames, and other captures of the same world") {
   std::vector<PersonState> states;
   states.reserve(3);
   for (int i = 0; i < 3; ++i) states.push_back(captured_state(tiny.human(), capture, i));
-  check_equal(evaluated(tiny.truth("instants", capture.human->poses, states)), 3);
+  check_equal(evaluated(tiny.truth("instants", tiny.run->given.human->poses, states)), 3);
 
   // Other poses have the novel codes.
   const Motion postures = posture_collection(capture.human->body);

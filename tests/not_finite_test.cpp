@@ -48,8 +48,7 @@ struct Training {
   Training(const std::string& stage, const Spoil& spoil)
       : stage(stage), config(small_config(spoil)), model(device, config, small_capture()) {
     if (stage == "scene")
-      trainer =
-          std::make_unique<SceneTrainer>(device, config, small_capture(), data, model.store(), model.scene());
+      trainer = std::make_unique<SceneTrainer>(device, config, small_capture(), data, model);
     else if (stage == "human")
       trainer = std::make_unique<HumanTrainer>(
           device, config, small_capture(), model.store(), *model.human(),
@@ -121,7 +120,7 @@ std::int64_t check_stop(const std::string& stage, const Spoil& spoil) {
 
 TEST_CASE("not finite: the scene's and the person's training stop at the step before, bit for bit") {
   CHECK(check_stop("scene", [](Config& config) { config.scene.head_rate = 1e30; }) > 0);
-  CHECK(check_stop("human", [](Config& config) { config.human.unet_rate = config.human.head_rate = 1e30; }) >
+  CHECK(check_stop("human", [](Config& config) { config.human.plane_rate = config.human.head_rate = 1e30; }) >
         0);
 }
 

@@ -124,7 +124,8 @@ void check_first_step(const Capture& capture, const std::string& planes,
                                        "scene.unet_widths=[16, 16]", "scene.rays=64",
                                        "scene.samples=16",           "scene.batches_per_step=3",
                                        "scene.variation_weight=0",   "scene.distortion_weight=0",
-                                       "scene.coarse_samples=0"};
+                                       "scene.coarse_samples=0",     "scene.camera_rate=0",
+                                       "scene.exposure_rate=0"};
   settings.insert(settings.end(), more.begin(), more.end());
   const Config config = load_config("demo", std::nullopt, settings);
   Device& device = test_device();
@@ -146,7 +147,7 @@ void check_first_step(const Capture& capture, const std::string& planes,
   std::vector<std::vector<float>> expected;
   for (const Value& gradient : gradients) expected.push_back(plain.read(gradient));  // before the step
 
-  SceneTrainer trainer(device, config, capture, data, store, model.scene());
+  SceneTrainer trainer(device, config, capture, data, model);
   trainer.run(0);
   const StepReport report = trainer.report(1);
   const bool regularised = config.scene.variation_weight > 0;

@@ -75,7 +75,36 @@ Box middle_bounds(const std::vector<Eigen::Vector3f>& points) {
 std::vector<int> Capture::training_frames() const { return frames_where(*this, false); }
 std::vector<int> Capture::held_out_frames() const { return frames_where(*this, true); }
 
-cv::Mat Capture::image(int frame) const {
+std::vector<std::pair<int, double>> Capture::training_rows(int frame) const {
+  const std::vector<int> trained = training_frames();
+  const auto after = std::lower_bound(trained.begin(), trained.end(), frame);
+  if (after == trained.end()) return {{static_cast<int>(trained.size()) - 1, 1.0}};
+  const int row = static_cast<int>(after - trained.begin());
+  if (*after == frame || row == 0) return {{row, 1.0}};
+  const double way = static_cast<double>(frame - trained[row - 1]) / (*after - trained[row - 1]);
+  return {{row - 1, 1 - way}, {row, way}};
+}
+
+void Exposure::apply(std::span<float> colours) const {
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    colours[i] = static_cast<float>(gain[i % 3] * colours[i] + offset[i % 3]);
+}
+
+cv::Mat Exposure::removed(const cv::Mat& taken) const {
+  if ((gain == 1).all() && (offset == 0).all()) return taken;
+  cv::Matx34d colours = cv::Matx34d::zeros();
+  for (int c = 0; c < 3; ++c) {
+    colours(c, c) = 1 / gain[c];
+    colours(c, 3) = -255 * offset[c] / gain[c];
+  }
+  cv::Mat shared;
+  cv::transform(taken, shared, colours);
+  return shared;
+}
+
+cv::Mat Capture::image(int frame) const { return frames.at(frame).exposure.removed(taken_image(frame)); }
+
+cv::Mat Capture::taken_image(int frame) const {
   const CaptureFrame& at = frames.at(frame);
   cv::Mat image = read_image(at.image_path);
   check_size(image, at, at.image_path);

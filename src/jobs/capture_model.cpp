@@ -39,6 +39,7 @@ HumanOptions human_options(const Config& config) {
   options.field.gradient_copies = static_cast<int>(config.training.gradient_copies);
   options.field.plane_size = human.plane_size;
   options.field.channels = human.plane_channels;
+  options.field.scales = static_cast<int>(human.plane_scales);
   options.field.unet_widths = human.unet_widths;
   options.field.position_frequencies = static_cast<int>(human.position_frequencies);
   options.field.direction_frequencies = static_cast<int>(human.direction_frequencies);
@@ -76,14 +77,25 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
       static_cast<int>(space.shell ? config.scene.shell_samples : config.scene.samples),
       occupied ? occupied_points(space, capture.points) : std::vector<float>{},
       space.shell ? 0 : static_cast<int>(config.scene.coarse_samples));
+  const int training_frames = static_cast<int>(capture.training_frames().size());
+  if (config.scene.camera_rate > 0)
+    cameras_ = std::make_unique<CameraRefinement>(store_, training_frames,
+                                                  space.shell ? 0 : space.radius.maxCoeff());
+  if (config.scene.exposure_rate > 0)
+    exposures_ = std::make_unique<ExposureCorrection>(store_, training_frames);
   if (capture.human)
     human_ = std::make_unique<HumanModel>(device, store_, initializer, human_options(config),
                                           shaped(capture.human->body, capture.human->poses.shape),
-                                          static_cast<int>(capture.training_frames().size()));
+                                          training_frames);
   stylizer_ = std::make_unique<Stylizer>(store_, initializer, stylizer_options(config), group_style);
   content_norm_ = std::make_unique<RunningContentNorm>(store_);
   store_.allocate(device);
   load_stylizer(store_, *stylizer_, read_safetensors(asset_path("stylizer.safetensors")));
+}
+
+Capture CaptureModel::corrected(const Capture& capture) const {
+  const Capture seen = cameras_ ? cameras_->corrected(capture) : capture;
+  return exposures_ ? exposures_->corrected(seen) : seen;
 }
 
 HumanModel::CodeRow novel_codes(const Config& config, const HumanModel& model) {

@@ -184,6 +184,10 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"scene.variation_weight", "0"},
                                     {"scene.distortion_weight", "0"},
                                     {"scene.plane_scales", "1"},
+                                    {"scene.camera_rate", "0"},
+                                    {"scene.exposure_rate", "0"},
+                                    {"human.plane_scales", "1"},
+                                    {"human.variation_weight", "0"},
                                     {"scene.weight_threshold", "0"}})
     if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));
   return parse_config("", text, source, settings);

@@ -176,9 +176,9 @@ PersonState state_of(const OpenRun& run, const Capture& truth, int frame) {
   const HumanModel& human = *run.model->human();
   if (!truth.human || shown.body_frame < 0)
     fail("{}: the frame {} shows no person", truth.source.string(), shown.name);
-  const Motion &poses = truth.human->poses, &captured = run.capture.human->poses;
-  for (int i = 0; i < static_cast<int>(run.capture.frames.size()); ++i) {
-    const int row = run.capture.frames[i].body_frame;
+  const Motion &poses = truth.human->poses, &captured = run.given.human->poses;
+  for (int i = 0; i < static_cast<int>(run.given.frames.size()); ++i) {
+    const int row = run.given.frames[i].body_frame;
     if (row >= 0 && captured.pose[row] == poses.pose[shown.body_frame] &&
         captured.translation[row] == poses.translation[shown.body_frame])
       return captured_state(human, run.capture, i);
@@ -220,7 +220,8 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
                           own ? captured_state(*human, truth, index) : state_of(run, truth, index));
     else
       view.picture = scene->render(frame.camera);
-    evaluation.truth.push_back(truth.image(index));
+    evaluation.truth.push_back(truth.taken_image(index));
+    frame.exposure.apply(view.picture.pixels);
     evaluation.rendered.push_back(view.picture.rgb8());
     evaluation.frames.push_back(frame_score(perceptual, frame, evaluation.truth.back(), truth.mask(index),
                                             evaluation.rendered.back(), view.person));

@@ -49,7 +49,7 @@ std::vector<cv::Mat> captured_pictures(const Capture& capture, const Film& film)
   std::vector<cv::Mat> pictures;
   for (const Shot& shot : film.shots) {
     if (shot.capture_frame < 0 || !fs::exists(capture.frames[shot.capture_frame].image_path)) return {};
-    cv::Mat picture = capture.image(shot.capture_frame), resized;
+    cv::Mat picture = capture.taken_image(shot.capture_frame), resized;
     cv::resize(picture, resized, {shot.camera.width, shot.camera.height}, 0, 0, cv::INTER_AREA);
     pictures.push_back(resized);
   }

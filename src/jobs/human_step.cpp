@@ -5,6 +5,7 @@
 #include "vivant/model/human_losses.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
+#include "vivant/ops/plane_variation.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
 
@@ -31,6 +32,8 @@ HumanStep::HumanStep(Device& device, const Config& config, ParameterStore& store
   const Value planes = model.field().planes(graph_);
   loss_of_rays(planes, capacity);
   loss_of_points(planes);
+  if (planes && config.human.variation_weight > 0)
+    add_term("variation", plane_variation(planes), config.human.variation_weight);
   std::vector<std::string> names;
   Values parameters;
   for (const ParameterStore::Parameter& parameter : store.parameters())

@@ -172,7 +172,7 @@ ordered_json Plan::render_frames(const std::string& method, const FilmedViews& v
 ordered_json Plan::captured_frames(const fs::path& output) const {
   make_folder(output);
   for (int i = 0; i < static_cast<int>(capture_.frames.size()); ++i)
-    write_image(output / fmt::format("{:04}.png", i), capture_.image(i));
+    write_image(output / fmt::format("{:04}.png", i), capture_.taken_image(i));
   return ordered_json::object();
 }
 

@@ -13,6 +13,12 @@
 namespace vivant {
 namespace {
 
+/// Part of the training after which cameras and exposures are corrected: a scene that is not there yet would
+/// push them anywhere.
+constexpr double corrections_from = 0.1;
+/// Of the mean square of the exposures: just enough to hold the brightness of all of them.
+constexpr double exposure_weight = 0.01;
+
 /// The planes' size at a step: a quarter of the way each at a quarter and at half of the final size.
 std::int64_t plane_size_at(const Config& config, const SceneModel& model, std::int64_t step) {
   const FieldOptions& options = model.field().options();
@@ -32,28 +38,53 @@ void add_to(Value& sum, Value term) {
 }  // namespace
 
 SceneTrainer::SceneTrainer(Device& device, const Config& config, const Capture& capture,
-                           const DeviceCapture& data, ParameterStore& store, const SceneModel& model)
-    : device_(device), config_(config), capture_(capture), data_(data), store_(store), model_(model) {
+                           const DeviceCapture& data, CaptureModel& model)
+    : device_(device),
+      config_(config),
+      capture_(capture),
+      data_(data),
+      trained_(model),
+      store_(model.store()),
+      model_(model.scene()),
+      cameras_(model.camera_refinement()),
+      exposures_(model.exposure_correction()) {
   const std::vector<std::int32_t> pixels =
       background_pixels(capture, data.frames(), config.scene.mask_dilation);
   pixel_count_ = static_cast<std::int64_t>(pixels.size());
-  pixels_ = std::make_shared<Buffer>(device.allocate(pixels.size() * sizeof(std::int32_t)));
-  device.write(*pixels_, pixels.data(), pixels.size() * sizeof(std::int32_t));
+  const auto on_device = [&](const std::vector<std::int32_t>& list) {
+    auto buffer = std::make_shared<Buffer>(device.allocate(list.size() * sizeof(std::int32_t)));
+    device.write(*buffer, list.data(), list.size() * sizeof(std::int32_t));
+    return buffer;
+  };
+  pixels_ = on_device(pixels);
+  if (!exposures_) return;
+  std::vector<std::int32_t> frames(pixels);
+  for (std::int32_t& pixel : frames) pixel /= data.width() * data.height();
+  pixel_frames_ = on_device(frames);
+}
+
+Value SceneTrainer::drawn(Graph& graph, const std::string& name, const std::shared_ptr<Buffer>& list,
+                          const RandomKey& key) {
+  const Value all = graph.named(name, [&] {
+    return graph.external(name, {DType::i32, {pixel_count_}}, {list, 0});
+  });
+  return pick(all, config_.scene.rays, key);
 }
 
 Value SceneTrainer::batch_loss(Graph& graph, Value planes, int batch) {
   const Graph::Scope scope(graph, fmt::format("batch{}", batch));
-  const Value list = graph.named("background pixels", [&] {
-    return graph.external("background pixels", {DType::i32, {pixel_count_}}, {pixels_, 0});
-  });
   const RandomKey pixels_key{phase().seed, phase().step, 3 * batch},
       jitter_key{phase().seed, phase().step, 3 * batch + 1};
-  const Value ids = pick(list, config_.scene.rays, pixels_key);
-  const Rays rays = ray_generation(data_.cameras(graph), ids, data_.width(), data_.height());
+  const Value ids = drawn(graph, "background pixels", pixels_, pixels_key);
+  Rays rays = ray_generation(data_.cameras(graph), ids, data_.width(), data_.height());
+  if (cameras_)
+    rays = cameras_->corrected(graph, rays, ids, static_cast<std::int64_t>(data_.width()) * data_.height());
   const FieldSamples samples = model_.sample(graph, planes, rays, &jitter_key);
   const RenderedRays rendered = model_.render(graph, samples, config_.scene.weight_threshold);
-  const Value error = l2_loss(model_.field().colour(graph, rendered.hidden, rendered.alpha),
-                              image_gather(data_.images(graph), ids));
+  Value colour = model_.field().colour(graph, rendered.hidden, rendered.alpha);
+  if (exposures_)
+    colour = exposures_->exposed(graph, colour, drawn(graph, "background frames", pixel_frames_, pixels_key));
+  const Value error = l2_loss(colour, image_gather(data_.images(graph), ids));
   const double share = 1.0 / static_cast<double>(config_.scene.batches_per_step);
   add_to(phase().squared_error, affine(error, share));
   Value loss = error;
@@ -61,6 +92,9 @@ Value SceneTrainer::batch_loss(Graph& graph, Value planes, int batch) {
     loss = add(loss, affine(mean(ray_distortion(rendered.weight, samples.depths, samples.range.near,
                                                 samples.range.far, model_.spacing())),
                             config_.scene.distortion_weight));
+  if (cameras_)
+    loss = add(loss, affine(phase().corrections["camera_correction"], config_.scene.camera_weight));
+  if (exposures_) loss = add(loss, affine(phase().corrections["exposure_correction"], exposure_weight));
   return affine(loss, share);
 }
 
@@ -85,6 +119,8 @@ void SceneTrainer::begin_phase(std::int64_t step) {
   Values wrt = values(head_names);
   if (planes) wrt.push_back(planes);
   Values sums(wrt.size());
+  if (cameras_) phase().corrections["camera_correction"] = cameras_->mean_square(graph);
+  if (exposures_) phase().corrections["exposure_correction"] = exposures_->mean_square(graph);
   const auto add_loss = [&](Value loss) {
     const Values gradients = differentiate(graph, loss, wrt);
     for (std::size_t i = 0; i < wrt.size(); ++i) add_to(sums[i], gradients[i]);
@@ -108,7 +144,9 @@ void SceneTrainer::begin_phase(std::int64_t step) {
           .trained = names,
           .groups = group_count,
           .adam = {.beta1 = config_.training.adam_beta1, .beta2 = config_.training.adam_beta2}});
-  phase().executor = std::make_unique<Executor>(device_, graph, Values{phase().loss, phase().squared_error});
+  Values outputs = {phase().loss, phase().squared_error};
+  for (const auto& [name, mean_square] : phase().corrections) outputs.push_back(mean_square);
+  phase().executor = std::make_unique<Executor>(device_, graph, outputs);
 }
 
 void SceneTrainer::run(std::int64_t step) {
@@ -122,6 +160,10 @@ void SceneTrainer::run(std::int64_t step) {
   rates[group_planes] =
       rate(model_.field().options().encoding == Encoding::vanilla ? scene.plane_rate : scene.unet_rate);
   rates[group_heads] = rate(scene.head_rate);
+  if (static_cast<double>(step) >= corrections_from * static_cast<double>(scene.steps)) {
+    rates[group_cameras] = rate(scene.camera_rate);
+    rates[group_exposures] = rate(scene.exposure_rate);
+  }
   if (reported_step_ < 0) reported_step_ = step;
   Executor& executor = *phase().executor;
   executor.set(phase().seed, static_cast<double>(config_.training.seed));
@@ -135,6 +177,8 @@ StepReport SceneTrainer::report(std::int64_t step) {
   report.step = step;
   report.loss = phase().executor->read(phase().loss)[0];
   report.psnr = psnr_of(phase().executor->read(phase().squared_error)[0]);
+  for (const auto& [name, mean_square] : phase().corrections)
+    report.more[name] = std::sqrt(phase().executor->read(mean_square)[0]);
   report.rays =
       static_cast<double>((step - reported_step_) * config_.scene.rays * config_.scene.batches_per_step);
   reported_step_ = step;
@@ -153,7 +197,8 @@ void SceneTrainer::diagnose(std::int64_t step) {
 void SceneTrainer::preview(const std::filesystem::path& folder, const std::string& stem) {
   SceneRenderer renderer(device_, model_, {});
   const std::vector<int> held_out = capture_.held_out_frames();
-  const CaptureFrame& frame = capture_.frames[held_out.empty() ? 0 : held_out.front()];
+  const Capture corrected = trained_.corrected(capture_);
+  const CaptureFrame& frame = corrected.frames[held_out.empty() ? 0 : held_out.front()];
   write_image(folder / (stem + ".png"), renderer.render(frame.camera).rgb8());
 }
 

@@ -1,5 +1,7 @@
 #include "vivant/jobs/stage.hpp"
 
+#include <set>
+
 #include "vivant/jobs/interrupt.hpp"
 #include "vivant/runtime/error.hpp"
 
@@ -34,6 +36,13 @@ std::filesystem::path save_training(const TrainingState& state, const std::strin
 }
 
 void restore_training(const Checkpoint& checkpoint, ParameterStore& store) {
+  std::set<std::string> known;
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    known.insert(kinds[0].first + parameter.name);
+  for (const auto& [name, tensor] : checkpoint.tensors)
+    if (name.starts_with(kinds[0].first) && !known.contains(name))
+      fail("{}: holds '{}', which config.toml leaves out: set again what the run was made with",
+           checkpoint.source, name);
   for (const ParameterStore::Parameter& parameter : store.parameters())
     for (const auto& [prefix, kind] : kinds) {
       const HostTensor& tensor = checkpoint.tensor(prefix + parameter.name, parameter.shape.extents());

@@ -62,7 +62,7 @@ void show_plan(Device& device, const TrainOptions& options) {
   const Capture capture = load_capture(options.capture);
   CaptureModel model(device, options.config, capture);
   const DeviceCapture data(device, capture, capture.training_frames());
-  SceneTrainer trainer(device, options.config, capture, data, model.store(), model.scene());
+  SceneTrainer trainer(device, options.config, capture, data, model);
   trainer.run(0);
   if (options.print_plan) fmt::print("{}", trainer.executor().plan());
   if (!options.dot.empty()) write_text_file(options.dot, trainer.executor().dot());
@@ -80,6 +80,8 @@ struct Training {
         data(device, capture, capture.training_frames()) {}
 
   std::vector<Stage> stages();
+  /// After the scene's stage: its corrections stay, and the trainers of the later stages look at `corrected`.
+  void see_corrections() { corrected = model.corrected(capture); }
   void run_stages(const std::string& part, bool resume);
 
   Device& device;
@@ -88,26 +90,29 @@ struct Training {
   Progress& progress;
   const Capture capture;  ///< always the run's copy, so that a resumed run sees the same numbers
   CaptureModel model;
+  Capture corrected;
   const DeviceCapture data;
 };
 
 std::vector<Stage> Training::stages() {
   std::vector<Stage> all = {{"reconstruct", "scene", config.scene.steps, [this](std::int64_t) {
-                               return std::make_unique<SceneTrainer>(device, config, capture, data,
-                                                                     model.store(), model.scene());
+                               return std::make_unique<SceneTrainer>(device, config, capture, data, model);
                              }}};
   if (model.human())
     all.push_back({"reconstruct", "human", config.human.steps, [this](std::int64_t) {
+                     see_corrections();
                      return std::make_unique<HumanTrainer>(
-                         device, config, capture, model.store(), *model.human(),
-                         render_backgrounds(device, model.scene(), capture, data.frames()));
+                         device, config, corrected, model.store(), *model.human(),
+                         render_backgrounds(device, model.scene(), corrected, data.frames()));
                    }});
   all.push_back({"features", "features", config.features.steps, [this](std::int64_t first_step) {
-                   return std::make_unique<FeatureTrainer>(device, config, capture, model, progress,
+                   see_corrections();
+                   return std::make_unique<FeatureTrainer>(device, config, corrected, model, progress,
                                                            first_step);
                  }});
   all.push_back({"style", "style", config.style.steps, [this](std::int64_t) {
-                   return std::make_unique<StyleTrainer>(device, config, capture, model, run.styles(),
+                   see_corrections();
+                   return std::make_unique<StyleTrainer>(device, config, corrected, model, run.styles(),
                                                          progress);
                  }});
   return all;

@@ -15,20 +15,9 @@ PersonState captured_state(const HumanModel& model, const Capture& capture, int 
   const int body_frame = capture.frames.at(frame).body_frame;
   if (!capture.human || body_frame < 0)
     fail("{}: the frame {} shows no person", capture.source.string(), capture.frames[frame].name);
-  const std::vector<int> trained = capture.training_frames();
-  const auto after = std::lower_bound(trained.begin(), trained.end(), frame);
-  std::vector<std::pair<int, double>> rows;
-  if (after != trained.end() && (*after == frame || after == trained.begin())) {
-    rows.emplace_back(after - trained.begin(), 1.0);
-  } else if (after == trained.end()) {
-    rows.emplace_back(static_cast<int>(trained.size()) - 1, 1.0);
-  } else {
-    const int row = static_cast<int>(after - trained.begin()) - 1;
-    const double way = static_cast<double>(frame - trained[row]) / (*after - trained[row]);
-    rows = {{row, 1 - way}, {row + 1, way}};
-  }
   const Motion& poses = capture.human->poses;
-  return {poses.pose[body_frame], poses.translation[body_frame], model.mixed_codes(rows)};
+  return {poses.pose[body_frame], poses.translation[body_frame],
+          model.mixed_codes(capture.training_rows(frame))};
 }
 
 PersonState novel_state(const Motion& motion, int frame, const HumanModel::CodeRow& codes) {

@@ -27,6 +27,8 @@ constexpr double endless = 1e10;
 /// which the walls themselves may be what there is to see. Rays that miss the box keep near and far.
 Interval depth_range(Graph& graph, const SceneSpace& space, const Rays& rays) {
   const std::int64_t count = rays.origins.shape()[0];
+  // Where rays are sampled has no gradient.
+  const Value origins = graph.detach(rays.origins), directions = graph.detach(rays.directions);
   const auto limit = [&](double depth) {
     return graph.constant({count, 1}, std::span<const double>(std::vector<double>(count, depth)));
   };
@@ -35,7 +37,7 @@ Interval depth_range(Graph& graph, const SceneSpace& space, const Rays& rays) {
   std::vector<double> box;
   for (const double side : {-1, 1})
     for (int axis = 0; axis < 3; ++axis) box.push_back(space.centre[axis] + side * space.radius[axis]);
-  const Interval inside = ray_box(rays.origins, rays.directions, graph.constant({2, 3}, box), space.near);
+  const Interval inside = ray_box(origins, directions, graph.constant({2, 3}, box), space.near);
   const Value misses = affine(clamp(affine(inside.far, 1e6, 0), 0, 1), -1, 1);
   return {add(clamp(inside.near, 0, 0.99 * space.far), affine(misses, space.near, 0)),
           add(clamp(affine(inside.far, behind_walls, 0), 0, space.far), affine(misses, space.far, 0))};
@@ -100,6 +102,11 @@ FieldSamples SceneModel::unqueried(const Placed& placed, Output output) {
   return samples;
 }
 
+Value SceneModel::direction_term(Graph& graph, const Rays& rays, Output output) const {
+  // Cameras are corrected by where things are seen, not by their gloss.
+  return field_.direction_term(graph, graph.detach(rays.directions), {}, output);
+}
+
 FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
                                 Output output) const {
   const Graph::Scope scope(graph, "scene");
@@ -108,7 +115,7 @@ FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, co
   FieldSamples samples = unqueried(placed, output);
   samples.features = field_.features(graph, planes, placed.points);
   samples.density = graph.reshape(field_.density(graph, samples.features), samples.depths.shape());
-  samples.term = field_.direction_term(graph, rays.directions, {}, output);
+  samples.term = direction_term(graph, rays, output);
   return samples;
 }
 
@@ -125,7 +132,7 @@ FieldSamples SceneModel::sample_occupied(Graph& graph, Value planes, const Rays&
   const Value density = field_.density(graph, samples.features);
   const Value rows = graph.reshape(occupied.rows, {samples.depths.elements()});
   samples.density = graph.reshape(gather_rows(density, rows), samples.depths.shape());
-  samples.term = field_.direction_term(graph, rays.directions, {}, output);
+  samples.term = direction_term(graph, rays, output);
   return samples;
 }
 

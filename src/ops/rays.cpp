@@ -42,6 +42,20 @@ struct RayBox final : Op {
   const double nearest;
 };
 
+struct PointsOnRaysGradient final : Op {
+  std::string_view name() const override { return "points_on_rays_gradient"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    const TensorType rays{DType::real, {in[0].shape[0], 3}};
+    return {rays, rays};
+  }
+  void launch(Launch& launch) const override {
+    const Tensor& depths = launch.in(0);
+    launch.kernel("rays.cl", "points_on_rays_gradient")
+        .args(depths, launch.in(1), launch.out(0), launch.out(1), depths[0], depths[1])
+        .run(items(depths[0]), thin_group);
+  }
+};
+
 struct PointsOnRays final : Op {
   std::string_view name() const override { return "points_on_rays"; }
   TensorTypes infer(const TensorTypes& in) const override {
@@ -56,6 +70,11 @@ struct PointsOnRays final : Op {
     launch.kernel("rays.cl", "points_on_rays")
         .args(launch.in(0), launch.in(1), depths, launch.out(), depths[0], depths[1])
         .run(items(depths.elements()), thin_group);
+  }
+  Values gradient(const GradientRequest& request) const override {
+    const Values out =
+        request.graph.record(std::make_shared<PointsOnRaysGradient>(), {request.in[2], request.grad()});
+    return {out[0], out[1], {}};
   }
 };
 

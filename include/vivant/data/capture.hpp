@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,15 @@ struct Box {
   Eigen::Vector3d centre() const { return 0.5 * (min + max); }
 };
 
+/// How a picture was exposed: its colours (0..1) are gain * colour + offset of what all pictures share.
+struct Exposure {
+  Eigen::Array3d gain = Eigen::Array3d::Ones(), offset = Eigen::Array3d::Zero();
+  /// Shared colours, RGB after RGB, as this exposure shows them.
+  void apply(std::span<float> colours) const;
+  /// A picture (CV_8UC3, RGB) in the shared colours; they end at white, as the picture does.
+  cv::Mat removed(const cv::Mat& taken) const;
+};
+
 /// One picture of a capture. Pictures are read when asked for.
 struct CaptureFrame {
   std::string name;       ///< as the capture's file writes it: "images/0001.png"
@@ -29,6 +39,7 @@ struct CaptureFrame {
   std::filesystem::path mask_path;
   bool mask_keeps = false;  ///< nerfstudio's mask_path: 0 marks the pixels to leave out
   Camera camera;
+  Exposure exposure;
   int body_frame = -1;    ///< row of the human's poses, -1 when there is none
   bool held_out = false;  ///< kept for evaluation
 };
@@ -52,7 +63,13 @@ struct Capture {
   /// Indices of the frames for training and for evaluation.
   std::vector<int> training_frames() const;
   std::vector<int> held_out_frames() const;
-  /// The picture of a frame: CV_8UC3, RGB, of the camera's size. Throws Error when it cannot be read.
+  /// Where a frame stands in what is learned for each training frame: its own row, or the two around a
+  /// held-out frame with their shares (frames are in order of time).
+  std::vector<std::pair<int, double>> training_rows(int frame) const;
+  /// The picture of a frame as it was taken: CV_8UC3, RGB, of the camera's size. Throws Error when it cannot
+  /// be read.
+  cv::Mat taken_image(int frame) const;
+  /// The same in the colours that all frames share: without its exposure.
   cv::Mat image(int frame) const;
   /// The mask of a frame: CV_8UC1, 255 = person (or left out of the scene); all zero when the frame has no
   /// mask.

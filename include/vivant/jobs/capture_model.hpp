@@ -4,7 +4,9 @@
 #include "vivant/data/capture.hpp"
 #include "vivant/io/checkpoint.hpp"
 #include "vivant/jobs/config.hpp"
+#include "vivant/model/camera_refinement.hpp"
 #include "vivant/model/content_norm.hpp"
+#include "vivant/model/exposure_correction.hpp"
 #include "vivant/model/human_renderer.hpp"
 #include "vivant/model/scene_model.hpp"
 
@@ -20,6 +22,13 @@ class CaptureModel {
   Device& device() { return device_; }
   ParameterStore& store() { return store_; }
   const SceneModel& scene() const { return *scene_; }
+  /// The corrections of the cameras; null when they stay as they are.
+  const CameraRefinement* camera_refinement() const { return cameras_.get(); }
+  /// The exposures of the frames; null when all are alike.
+  const ExposureCorrection* exposure_correction() const { return exposures_.get(); }
+  /// The capture with its cameras corrected, the person moved with them, and its exposures known: what the
+  /// stages after the scene's train on, and what is rendered.
+  Capture corrected(const Capture& capture) const;
   /// The person; null for a capture without one.
   const HumanModel* human() const { return human_.get(); }
   /// Starts as the one that comes with the program.
@@ -31,6 +40,8 @@ class CaptureModel {
   Device& device_;
   ParameterStore store_;
   std::unique_ptr<SceneModel> scene_;
+  std::unique_ptr<CameraRefinement> cameras_;
+  std::unique_ptr<ExposureCorrection> exposures_;
   std::unique_ptr<HumanModel> human_;
   std::unique_ptr<Stylizer> stylizer_;
   std::unique_ptr<RunningContentNorm> content_norm_;

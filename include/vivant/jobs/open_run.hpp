@@ -13,7 +13,8 @@ namespace vivant {
 struct OpenRun {
   RunFolder folder;
   Config config;
-  Capture capture;
+  Capture given;    ///< the capture as it was given
+  Capture capture;  ///< with corrected cameras, poses and exposures, as the model sees it
   std::unique_ptr<CaptureModel> model;
   std::filesystem::path checkpoint;  ///< the file that the model comes from
   bool has_features = false;         ///< the fields have learned to render features, which styles need

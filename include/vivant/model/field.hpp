@@ -43,7 +43,9 @@ enum ParameterGroup : int {
   group_heads = 1,
   group_codes = 2,
   group_style = 3,
-  group_count = 4
+  group_cameras = 4,
+  group_exposures = 5,
+  group_count = 8  ///< more than there are: rates are set at once, as 1, 2, 4, 8 or 16 numbers
 };
 
 /// What is made of the hidden units that rays see.

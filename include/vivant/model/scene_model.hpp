@@ -64,6 +64,7 @@ class SceneModel {
   Placed place(Graph& graph, const Rays& rays, int samples, const RandomKey* random) const;
   /// Where the weight of coarse samples is. No gradient comes back this way.
   Placed place_by_weight(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const;
+  Value direction_term(Graph& graph, const Rays& rays, Output output) const;
   void finish(Graph& graph, const Rays& rays, Placed& placed) const;
   static FieldSamples unqueried(const Placed& placed, Output output);
 

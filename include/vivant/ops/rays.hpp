@@ -15,6 +15,13 @@ struct Rays {
 /// distortion is undone by Newton's method. A count of pixels passes on. No gradient.
 Rays ray_generation(Value cameras, Value pixels, int width, int height);
 
+/// Rays of cameras that are turned and moved a little: `corrections` [F, 6] hold for every frame a rotation
+/// about the ray's origin (2 tan(angle / 2) times its axis, radians where it is small) and a translation in
+/// multiples of `unit`, both in the world; pixels i32 [R] or [R, 1] as above, of frames of `frame_pixels`.
+/// Gradient of the corrections.
+Rays ray_correction(const Rays& rays, Value pixels, Value corrections, std::int64_t frame_pixels,
+                    double unit = 1);
+
 struct Interval {
   Value near, far;  ///< [R, 1], multiples of the direction; both 0 for a ray that misses
 };
@@ -48,7 +55,8 @@ Samples importance_samples(Value depths, Value weight, Value near, Value far, in
 /// deltas [R, S] of ascending depths [R, S]: to the next depth, the last one to far [R, 1].
 Value sample_intervals(Value depths, Value far);
 
-/// origin + depth * direction: origins and directions [R, 3], depths [R, S] -> [R * S, 3]. No gradient.
+/// origin + depth * direction: origins and directions [R, 3], depths [R, S] -> [R * S, 3]. Gradients of
+/// origins and directions.
 Value points_on_rays(Value origins, Value directions, Value depths);
 
 /// (x - centre) / half_extent, axis by axis: an axis-aligned box to [-1, 1]^3. points [N, 3], with a
