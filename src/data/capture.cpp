@@ -125,6 +125,7 @@ cv::Mat Capture::mask(int frame) const {
 Box derived_scene_box(const Capture& capture) {
   if (!capture.points.positions.empty()) {
     std::vector<Vector3d> corners;
+    corners.reserve(capture.frames.size() + 2);
     for (const CaptureFrame& frame : capture.frames) corners.push_back(frame.camera.centre());
     const Box middle = middle_bounds(capture.points.positions);
     corners.insert(corners.end(), {middle.min, middle.max});
@@ -176,6 +177,7 @@ bool camera_only_rotates(const Capture& capture) {
   for (const CaptureFrame& frame : capture.frames)
     spread = std::max(spread, (frame.camera.centre() - mean).norm());
   std::vector<double> distances;
+  distances.reserve(capture.points.positions.size());
   for (const Eigen::Vector3f& point : capture.points.positions) {
     distances.push_back((point.cast<double>() - mean).norm());
   }
