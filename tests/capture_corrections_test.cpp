@@ -136,8 +136,8 @@ TEST_CASE("corrections: a camera that was turned and a frame that was exposed le
 
   const Config config =
       load_config("demo", std::nullopt,
-                  {"scene.steps=400", "scene.rays=1024", "scene.plane_size=64", "scene.camera_rate=0.001",
-                   "scene.exposure_rate=0.005", "scene.camera_weight=1"});
+                  {"scene.steps=400", "scene.rays=1024", "scene.plane_size=64", "scene.cameras=refined",
+                   "scene.camera_rate=0.001", "scene.exposure_rate=0.005", "scene.camera_weight=1"});
   CaptureModel model(device, config, capture);
   const DeviceCapture data(device, capture, frames);
   SceneTrainer trainer(device, config, capture, data, model);

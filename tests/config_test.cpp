@@ -48,7 +48,7 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK(config.scene.variation_weight == 0);
   CHECK(config.scene.distortion_weight == 0);
   CHECK(config.scene.weight_threshold == 0);
-  CHECK(config.scene.camera_rate == 0);
+  CHECK(config.scene.cameras == "given");
   CHECK(config.scene.exposure_rate == 0);
   CHECK(config.human.plane_scales == 1);
   CHECK(config.human.variation_weight == 0);

@@ -124,7 +124,7 @@ void check_first_step(const Capture& capture, const std::string& planes,
                                        "scene.unet_widths=[16, 16]", "scene.rays=64",
                                        "scene.samples=16",           "scene.batches_per_step=3",
                                        "scene.variation_weight=0",   "scene.distortion_weight=0",
-                                       "scene.coarse_samples=0",     "scene.camera_rate=0",
+                                       "scene.coarse_samples=0",     "scene.cameras=given",
                                        "scene.exposure_rate=0"};
   settings.insert(settings.end(), more.begin(), more.end());
   const Config config = load_config("demo", std::nullopt, settings);

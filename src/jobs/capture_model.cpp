@@ -78,9 +78,11 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
       occupied ? occupied_points(space, capture.points) : std::vector<float>{},
       space.shell ? 0 : static_cast<int>(config.scene.coarse_samples));
   const int training_frames = static_cast<int>(capture.training_frames().size());
-  if (config.scene.camera_rate > 0)
-    cameras_ = std::make_unique<CameraRefinement>(store_, training_frames,
-                                                  space.shell ? 0 : space.radius.maxCoeff());
+  // A turn and the scene's depth cannot be told apart while the depth is not there yet: where there is
+  // parallax, exact cameras would be bent (docs/training.md).
+  if (config.scene.cameras == "refined" || (config.scene.cameras == "auto" && space.shell))
+    cameras_ = std::make_unique<CameraRefinement>(
+        store_, training_frames, space.shell ? 0 : config.scene.camera_shift * space.radius.maxCoeff());
   if (config.scene.exposure_rate > 0)
     exposures_ = std::make_unique<ExposureCorrection>(store_, training_frames);
   if (capture.human)

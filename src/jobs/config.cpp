@@ -184,7 +184,7 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"scene.variation_weight", "0"},
                                     {"scene.distortion_weight", "0"},
                                     {"scene.plane_scales", "1"},
-                                    {"scene.camera_rate", "0"},
+                                    {"scene.cameras", "given"},
                                     {"scene.exposure_rate", "0"},
                                     {"human.plane_scales", "1"},
                                     {"human.variation_weight", "0"},
