@@ -16,7 +16,7 @@ inline std::vector<std::string> tiny_settings(int steps, int checkpoint_every) {
       "human.plane_size=16",      "human.plane_channels=16",   "human.unet_widths=[16,16]",
       "human.rays=256",           "human.batches_per_step=1",  "human.sample_step=0.03",
       "human.box_points=64",      "human.correction_start=0",  "human.error_width=16"};
-  settings.insert(settings.end(), {"features.steps=0", "style.steps=0"});
+  settings.insert(settings.end(), {"scene.cameras=refined", "features.steps=0", "style.steps=0"});
   settings.push_back(fmt::format("training.checkpoint_every={}", checkpoint_every));
   settings.push_back(fmt::format("scene.steps={}", steps));
   settings.push_back(fmt::format("human.steps={}", steps));
