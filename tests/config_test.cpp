@@ -52,6 +52,7 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK(config.scene.exposure_rate == 0);
   CHECK(config.human.plane_scales == 1);
   CHECK(config.human.variation_weight == 0);
+  CHECK(config.human.error_input == "observed");
   CHECK(config.scene.plane_scales == 3);
   CHECK(parse_run_config("[scene]\nplane_size = 96\n", "config.toml").scene.plane_scales == 1);
   const Config today = preset_config("demo");

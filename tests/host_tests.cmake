@@ -1,7 +1,7 @@
 # host_tests: the tests of the host code alone, with no more sources than they need; what scripts/sanitize builds.
-set(HOST_TESTS main body_test camera_path_test camera_test capture_test checkpoint_test config_test graph_test image_test
-    inside_mesh_test memory_plan_test motion_test npz_test philox_test ply_test run_folder_test safetensors_test synth_test
-    video_test walk_test)
+set(HOST_TESTS main body_silhouette_test body_test camera_path_test camera_test capture_test checkpoint_test config_test
+    graph_test image_test inside_mesh_test memory_plan_test motion_test npz_test philox_test ply_test rasterise_test
+    run_folder_test safetensors_test synth_test video_test walk_test)
 list(TRANSFORM HOST_TESTS PREPEND tests/)
 list(TRANSFORM HOST_TESTS APPEND .cpp)
 set(HOST_OPS elementwise linear pack_weights reduction registry)

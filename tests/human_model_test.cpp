@@ -163,6 +163,46 @@ TEST_CASE("human_model: only codes of the frames in a batch get a gradient") {
   }
 }
 
+TEST_CASE("human_model: a canonical E corrects a place of the body alike wherever a pose puts it") {
+  Device device;
+  constexpr std::int64_t rows = 12;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-0.5, 0.5);
+  std::vector<double> canonical(3 * rows), here(3 * rows), there(3 * rows);
+  for (std::vector<double>* points : {&canonical, &here, &there})
+    for (double& x : *points) x = uniform(random);
+  for (const bool observed : {true, false}) {
+    HumanOptions options = small_options();
+    options.bone_corrections = false;
+    options.error_of_observed = observed;
+    ParameterStore store;
+    const HumanModel model(device, store, Initializer(1), options, asset_body(), 1);
+    store.allocate(device);
+    shake(store, "human.error", 0.5);
+    Graph graph;
+    const auto correction = [&](const std::vector<double>& root) {
+      const HumanSamples samples{.points = graph.constant({rows, 3}, canonical),
+                                 .directions = {},
+                                 .root = graph.constant({rows, 3}, root),
+                                 .signed_distance = {},
+                                 .face = {},
+                                 .barycentric = {},
+                                 .frame = graph.constant({rows, 1}, std::vector<std::int32_t>(rows, 0)),
+                                 .ids = {},
+                                 .depths = {},
+                                 .deltas = {},
+                                 .overflow = {}};
+      return model.correction(graph, samples, model.codes(graph),
+                              graph.constant({1}, std::vector<double>{1}));
+    };
+    const Values both = {correction(here), correction(there)};
+    Executor executor(device, graph, both);
+    executor.run();
+    CHECK((executor.read(both[0]) == executor.read(both[1])) != observed);
+    CHECK(executor.read(both[0])[0] != 0);
+  }
+}
+
 TEST_CASE("human_losses: labels of L_smpl agree with the inside test of the canonical mesh") {
   Device device;
   const BodyModel body(asset_body());

@@ -7,6 +7,8 @@
 #include "vivant/io/assets.hpp"
 #include "vivant/io/frames.hpp"
 #include "vivant/io/image.hpp"
+#include "vivant/io/safetensors.hpp"
+#include "vivant/model/stylizer.hpp"
 
 using namespace vivant;
 
@@ -34,6 +36,14 @@ TEST_CASE("stylise: each picture by itself, in any size") {
   CHECK(cv::norm(painted[0], picture, cv::NORM_L1) / static_cast<double>(3 * picture.total()) > 20);
   options.form = "cosine";
   options.output = folder / "cosine";
+  CHECK(contains(error_of([&] { stylise_pictures(test_device(), options, progress); }),
+                 "no weights of the form cosine"));
+  ParameterStore store;
+  const Initializer initializer(1);
+  const Stylizer cosine(store, initializer, StylizerOptions::of_form("cosine"));
+  store.allocate(test_device());
+  options.stylizer = folder / "cosine.safetensors";
+  write_safetensors(options.stylizer, save_stylizer(store, cosine));
   stylise_pictures(test_device(), options, progress);
   CHECK(cv::norm(painted[0], read_frames(folder / "cosine").pictures[0], cv::NORM_L1) > 0);
   options.form = "sine";

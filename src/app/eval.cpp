@@ -2,6 +2,7 @@
 #include "app/film_options.hpp"
 #include "vivant/jobs/evaluate.hpp"
 #include "vivant/jobs/evaluate_film.hpp"
+#include "vivant/jobs/evaluate_motion.hpp"
 
 namespace vivant::app {
 namespace {
@@ -24,11 +25,20 @@ void run(Arguments& arguments, const Globals& globals) {
     throw UsageError("--film needs the style that the films are painted in: give --style");
   if (film.look.stylised() && !arguments.truth.empty())
     throw UsageError("--truth compares unstylised pictures: leave --style out");
+  if (!film.film.motion.empty() && !arguments.truth.empty())
+    throw UsageError("--truth has poses of its own: leave --motion out");
   Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
   if (film.look.stylised()) {
     const FilmQuality quality = evaluate_film(device, film, progress);
     print(quality.report(), quality.json(), arguments.json);
+  } else if (!film.film.motion.empty()) {
+    const OpenRun run = open_run(device, film.run, progress);
+    std::optional<OpenRun> scene;
+    if (!film.scene.empty()) scene.emplace(open_run(device, film.scene, progress));
+    const MotionEvaluation evaluation =
+        evaluate_motion(device, run, scene ? *scene : run, film.film, film.output, progress);
+    print(evaluation.report(), evaluation.json(), arguments.json);
   } else {
     const Evaluation evaluation =
         evaluate(device, open_run(device, film.run, progress), arguments.truth, progress);
@@ -41,15 +51,18 @@ void run(Arguments& arguments, const Globals& globals) {
 }  // namespace
 
 void add_eval(CLI::App& app, const Globals& globals) {
-  CLI::App* command =
-      app.add_subcommand("eval", "Measure a run: its pictures against true ones, or a stylised film");
+  CLI::App* command = app.add_subcommand(
+      "eval", "Measure a run: its pictures against true ones, novel poses, or a stylised film");
   command->footer(
       "Examples:\n"
       "  vivant eval runs/first\n"
       "  vivant eval runs/walk --truth walk/truth/novel_poses -o report\n"
       "  vivant eval runs/first --json > scores.json\n"
+      "  vivant eval runs/walk --motion dance.bvh -o report\n"
       "  vivant eval runs/first --style wave.jpg --views all -o report\n"
       "  vivant eval runs/first --style wave.jpg --views orbit --film other=frames/ -o report\n"
+      "\n"
+      "With --motion the rendered person is compared with the posed body; no true pictures are needed.\n"
       "\n"
       "With --style a film is rendered unstylised and in that style, and both are measured: temporal "
       "consistency "
@@ -90,8 +103,13 @@ void add_eval(CLI::App& app, const Globals& globals) {
       ->add_option("-o,--output", film.output, "folder for report.json, report.md, index.html and the films")
       ->type_name("DIR");
   command->add_flag("--json", arguments->json, "print JSON");
-  command->callback([arguments, views, &globals] {
+  command->callback([arguments, views, command, &globals] {
     FilmOptions& shown = arguments->film.film;
+    if (arguments->styles.none() && shown.motion.empty())
+      for (const char* name : {"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene",
+                               "--place", "--motion-names", "--flow"})
+        if (command->count(name) > 0)
+          throw UsageError(fmt::format("{} is of a film: give --motion or --style", name));
     if ((!shown.motion.empty() || !arguments->film.scene.empty()) && views->count() == 0)
       shown.views = "first";
     run(*arguments, globals);

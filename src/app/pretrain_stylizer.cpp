@@ -43,10 +43,10 @@ void add_pretrain_stylizer(CLI::App& app, const Globals& globals) {
       ->required()
       ->type_name("FILE.safetensors");
   command
-      ->add_option(
-          "--form", options->form,
-          "guided: what renders use; plain: AdaAttN without additions; cosine: its video variant. The latter "
-          "two are baselines for `vivant stylise`")
+      ->add_option("--form", options->form,
+                   "guided: what renders use; plain: AdaAttN on relu3_1 with its mirrored VGG decoder; "
+                   "cosine: the same "
+                   "with the scores of its video variant. The latter two are baselines for `vivant stylise`")
       ->check(CLI::IsMember({"guided", "plain", "cosine"}))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of all random numbers")->capture_default_str();

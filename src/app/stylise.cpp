@@ -17,9 +17,13 @@ void add_stylise(CLI::App& app, const Globals& globals) {
       ->type_name("IMAGE");
   command
       ->add_option("--stylizer", options->stylizer,
-                   "weights by `vivant pretrain-stylizer`; else those that come with the program")
+                   "weights by `vivant pretrain-stylizer`; else those that come with the program, for guided")
       ->type_name("FILE.safetensors");
-  command->add_option("--form", options->form, "what the weights were trained as")
+  command
+      ->add_option(
+          "--form", options->form,
+          "what the weights were trained as. guided: what renders use; plain: AdaAttN on relu3_1 with "
+          "its mirrored VGG decoder; cosine: the same with the scores of its video variant")
       ->check(CLI::IsMember({"guided", "plain", "cosine"}))
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "folder for the pictures")

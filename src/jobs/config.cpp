@@ -22,15 +22,15 @@ const std::vector<Preset>& presets() {
   static const std::vector<Preset> all = {
       {"demo",
        {"scene.plane_channels=16", "scene.variation_weight=0.01", "scene.distortion_weight=0.002",
-        "scene.unet_widths=[32, 64, 128]", "scene.rays=2048", "scene.steps=3000", "human.plane_size=64",
-        "human.unet_widths=[32, 64, 128]", "human.samples=64", "human.error_layers=2", "human.error_width=64",
-        "human.steps=1000", "features.steps=150", "features.patch=128", "features.views=24",
-        "style.steps=120", "style.crop=128", "style.novel_views=8"}},
+        "scene.unet_widths=[32, 64, 128]", "scene.rays=2048", "scene.steps=3000", "human.plane_size=128",
+        "human.plane_scales=3", "human.unet_widths=[32, 64, 128]", "human.samples=64", "human.error_layers=2",
+        "human.error_width=64", "human.steps=1000", "features.steps=150", "features.patch=128",
+        "features.views=24", "style.steps=120", "style.crop=128", "style.novel_views=8"}},
       {"standard", {}},
       {"quality",
        {"scene.plane_size=512", "scene.plane_scales=5", "scene.rays=8192", "scene.samples=128",
-        "scene.coarse_samples=128", "scene.steps=20000", "human.plane_size=256", "human.steps=15000",
-        "human.rays=4096", "features.steps=5000", "style.steps=2000"}},
+        "scene.coarse_samples=128", "scene.steps=20000", "human.steps=15000", "human.rays=4096",
+        "features.steps=5000", "style.steps=2000"}},
   };
   return all;
 }
@@ -188,6 +188,7 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"scene.exposure_rate", "0"},
                                     {"human.plane_scales", "1"},
                                     {"human.variation_weight", "0"},
+                                    {"human.error_input", "observed"},
                                     {"scene.weight_threshold", "0"}})
     if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));
   return parse_config("", text, source, settings);

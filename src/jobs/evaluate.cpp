@@ -9,17 +9,13 @@
 #include "vivant/io/video.hpp"
 #include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/picture_scores.hpp"
+#include "vivant/jobs/silhouette_scores.hpp"
 #include "vivant/model/composite_renderer.hpp"
 #include "vivant/nn/stlpips.hpp"
 
 namespace vivant {
 
 namespace {
-
-/// Intersection over union of two silhouettes.
-double overlap(const cv::Mat& a, const cv::Mat& b) {
-  return static_cast<double>(cv::countNonZero(a & b)) / std::max(1, cv::countNonZero(a | b));
-}
 
 RegionScore region_score(StLpips& perceptual, const cv::Mat& rendered, const cv::Mat& truth,
                          const cv::Mat& region) {
@@ -38,7 +34,7 @@ FrameScore frame_score(StLpips& perceptual, const CaptureFrame& frame, const cv:
   if (cv::countNonZero(inside) == 0) return score;
   score.person = region_score(perceptual, rendered, truth, inside);
   if (cv::countNonZero(outside) > 0) score.background = region_score(perceptual, rendered, truth, outside);
-  score.silhouette_iou = overlap(person > 0.5, inside);
+  score.silhouette_iou = silhouette_iou(person > 0.5, inside);
   return score;
 }
 

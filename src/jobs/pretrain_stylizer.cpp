@@ -10,9 +10,18 @@
 namespace vivant {
 namespace {
 
-constexpr double inversion_rate = 2e-3, inversion_decay = 0.1, style_rate = 3e-4, style_decay = 0.2;
+constexpr double inversion_decay = 0.1, style_decay = 0.2;  // of the rates, until the stage's end
 constexpr std::int64_t warm_up = 20, report_every = 10, save_every = 100, checkpoints_kept = 2;
 constexpr double reconstruction_in_style = 20;  // weight of the reconstruction between the steps of stage 3
+
+/// Learning rates of the stages. The mirrored decoder's first layer has nine times psi's inputs: at psi's
+/// rate its ReLUs die.
+struct Rates {
+  double inversion, style;
+};
+Rates rates_of(const Stylizer& stylizer) {
+  return stylizer.options().mirrored ? Rates{1e-4, 1e-4} : Rates{2e-3, 3e-4};
+}
 
 /// What a run must agree in to be gone on with.
 std::string description(const PretrainStylizerOptions& options) {
@@ -25,7 +34,11 @@ class Pretraining {
  public:
   Pretraining(Device& device, const PretrainStylizerOptions& options, const RunFolder& run,
               Progress& progress)
-      : options_(options), run_(run), progress_(progress), training_(device, options) {}
+      : options_(options),
+        run_(run),
+        progress_(progress),
+        training_(device, options),
+        rates_(rates_of(training_.stylizer)) {}
 
   void run() {
     const auto newest = run_.newest_checkpoint();
@@ -46,7 +59,7 @@ class Pretraining {
     double average = 0;
     for (std::int64_t i = step_; i < options_.inversion_steps; ++i) {
       step.run(i, i + 1,
-               scheduled_rate(inversion_rate, i, options_.inversion_steps, warm_up, inversion_decay));
+               scheduled_rate(rates_.inversion, i, options_.inversion_steps, warm_up, inversion_decay));
       average += step.error() / report_every;
       if ((i + 1) % report_every == 0) {
         check(step.failure());
@@ -70,7 +83,7 @@ class Pretraining {
     InversionStep reconstruction(training_, reconstruction_in_style);
     progress_.begin("style", step_, options_.style_steps);
     for (std::int64_t i = step_; i < options_.style_steps; ++i) {
-      const double rate = scheduled_rate(style_rate, i, options_.style_steps, warm_up, style_decay);
+      const double rate = scheduled_rate(rates_.style, i, options_.style_steps, warm_up, style_decay);
       if (i % 3 == 2)
         reconstruction.run(options_.inversion_steps + i, i + 1, rate);
       else
@@ -135,6 +148,7 @@ class Pretraining {
   const RunFolder& run_;
   Progress& progress_;
   StylizerTraining training_;
+  const Rates rates_;
   std::string stage_ = "inversion";
   std::int64_t step_ = 0;
 };

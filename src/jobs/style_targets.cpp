@@ -41,8 +41,8 @@ StyleLosses losses_of_stylised(Graph& graph, const Stylizer& stylizer, const Vgg
                                const ContentStatistics& statistics, Value detail_amount,
                                const StyleTarget& target, const ChannelScales& scales) {
   const Value luma = stylizer.luma(graph, rgb);
-  const Value stylised =
-      stylizer.attend(graph, content, stylizer.feature_luma(luma), target.tokens, statistics);
+  const Value stylised = stylizer.attend(graph, content, stylizer.feature_luma(luma),
+                                         target.tokens_of(graph, stylizer), statistics);
   const Value detail = stylizer.options().detail ? multiply(stylizer.detail(luma), detail_amount) : Value{};
   const Value image = stylizer.decode_image(graph, stylised, detail);
   return style_losses(graph, stylizer, image, style_features(vgg, image, 5), {luma, stylised, rgb_features},

@@ -54,7 +54,7 @@ void stylise_pictures(Device& device, const StylisePicturesOptions& options, Pro
       store, stylizer,
       read_safetensors(options.stylizer.empty() ? asset_path("stylizer.safetensors") : options.stylizer));
   FrameStylizer::Options how{.tokens = options.tokens};
-  if (options.form != "guided") how.colour_match = 0;
+  if (stylizer.options().mirrored) how.colour_match = 0;
   FrameStylizer painter(device, stylizer, vgg, size.height, size.width, how);
   Encoder encoder(device, vgg, size);
   make_folder(options.output);

@@ -15,7 +15,7 @@ namespace {
 constexpr int short_side = 320, least_side = 128;  // of the pictures trained on
 constexpr int measured_crops = 40, measured_side = 128, crop_side = 96;
 constexpr int every = 3;  // of the measured features goes into the least squares
-// Rendered features are blurred and noisy, so some of the training's are.
+// Rendered features are blurred and noisy, so some of the training's are. The baselines see none.
 constexpr double recolour = 0.3, without_detail = 0.3, soft_picture = 0.2, noisy = 0.35, blurred = 0.35;
 constexpr double most_noise = 0.6, most_blur = 1.2;  // standard deviations of the features; pixels
 
@@ -81,14 +81,17 @@ InversionStep::InversionStep(StylizerTraining& training, double loss_weight) : t
   const Value soft = blend(seen, gaussian_blur(seen, 1), blur_amount_);
   const Value deviation = graph_.constant({Stylizer::features}, training.feature_deviation);
   const Value features = add(soft, multiply(multiply(noise_, deviation), noise_amount_));
-  const Value detail = multiply(stylizer.detail(stylizer.luma(graph_, rendered_)), detail_amount_);
+  const Value detail = stylizer.options().detail
+                           ? multiply(stylizer.detail(stylizer.luma(graph_, rendered_)), detail_amount_)
+                           : Value{};
   const Value image = stylizer.decode_image(graph_, stylizer.content(graph_, features), detail);
   const Value loss =
       affine(reconstruction_loss(image, sharp_, style_features(training.vgg, image, 3), goal), loss_weight);
   error_ = l2_loss(image, sharp_);
-  optimizer_ = optimise(training.device, graph_, training.store, loss, trained_parts(training.stylizer));
+  optimizer_ = optimise(training.device, graph_, training.store, loss, decoding_parts(training.stylizer));
   executor_ = std::make_unique<Executor>(training.device, graph_, Values{error_});
   noise_values_.resize(noise_.elements());
+  executor_->write(noise_, noise_values_);  // 0 times what was never written need not be 0
 }
 
 void InversionStep::run(std::int64_t step, std::int64_t optimizer_step, double rate) {
@@ -98,13 +101,14 @@ void InversionStep::run(std::int64_t step, std::int64_t optimizer_step, double r
   if (random.chance(soft_picture)) cv::GaussianBlur(sharp, rendered, {}, random.uniform(0.4, most_blur));
   executor_->write(sharp_, values_of(sharp));
   executor_->write(rendered_, values_of(rendered));
-  const bool noise = random.chance(noisy);
+  const bool rendered_features = !training_.stylizer.options().mirrored;
+  const bool noise = rendered_features && random.chance(noisy);
   if (noise) {
     random.fill_normal(noise_values_, 1);
     executor_->write(noise_, noise_values_);
   }
   executor_->set(noise_amount_, noise ? random.uniform(0, most_noise) : 0);
-  executor_->set(blur_amount_, random.chance(blurred) ? random.uniform() : 0);
+  executor_->set(blur_amount_, rendered_features && random.chance(blurred) ? random.uniform() : 0);
   executor_->set(detail_amount_, random.chance(without_detail) ? 0 : 1);
   optimizer_->set_step(*executor_, optimizer_step, {rate});
   executor_->run();

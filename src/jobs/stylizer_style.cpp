@@ -24,7 +24,7 @@ StyleStep::StyleStep(StylizerTraining& training)
                          stylizer.statistics(content, luma), detail_amount_, target_, training.scales);
   losses_ = {losses.global, losses.first_layer, losses.local, losses.content, losses.colours, losses.gamut};
   optimizer_ =
-      optimise(training.device, graph_, training.store, losses.total({}), trained_parts(training.stylizer));
+      optimise(training.device, graph_, training.store, losses.total({}), stylising_parts(training.stylizer));
   executor_ = std::make_unique<Executor>(training.device, graph_, losses_);
 }
 

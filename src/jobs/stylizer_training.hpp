@@ -33,9 +33,16 @@ struct StylizerTraining {
 /// when `start` is set. Returns the read-out's PSNR.
 double measure_pictures(StylizerTraining& training, bool start);
 
-/// Psi and the decoder.
-inline Optimizer::Options trained_parts(const Stylizer& stylizer) {
+/// Psi and the decoder: what inversion trains.
+inline Optimizer::Options decoding_parts(const Stylizer& stylizer) {
   return {.trained = {stylizer.name() + ".psi", stylizer.name() + ".decoder"}};
+}
+/// What the style losses train: psi and the decoder; AdaAttN's own form trains its f, g and h with them.
+inline Optimizer::Options stylising_parts(const Stylizer& stylizer) {
+  Optimizer::Options parts = decoding_parts(stylizer);
+  if (stylizer.options().mirrored)
+    for (const char* layer : {".query", ".key", ".value"}) parts.trained.push_back(stylizer.name() + layer);
+  return parts;
 }
 
 /// One step of either stage; `step` counts from 0 over the whole training.

@@ -1,27 +1,13 @@
 #pragma once
 #include <opencv2/core.hpp>
-#include <span>
-#include <vector>
 
 #include "synth_person.hpp"
 #include "synth_room.hpp"
 #include "vivant/data/body.hpp"
 #include "vivant/data/camera.hpp"
+#include "vivant/data/rasterise.hpp"
 
 namespace vivant::synth {
-
-/// What a camera without lens distortion sees of a mesh: the nearest triangle at every pixel centre.
-struct Visibility {
-  int width = 0;
-  int height = 0;
-  std::vector<int> triangle;  ///< [height * width] index, -1 where there is none
-  std::vector<float>
-      inverse_depth;  ///< [height * width] 1/metres along the optical axis, 0 where there is none
-};
-
-/// Draws triangles into a depth buffer; those that reach behind the camera are left out.
-Visibility rasterise(const Camera& camera, std::span<const Eigen::Vector3d> vertices,
-                     std::span<const Eigen::Vector3i> triangles);
 
 struct Picture {
   cv::Mat image;  ///< CV_8UC3, RGB

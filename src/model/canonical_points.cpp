@@ -1,5 +1,7 @@
 #include "vivant/model/canonical_points.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -14,7 +16,7 @@ namespace {
 constexpr std::int64_t box_bank = 1 << 16, line_bank = 1 << 10, pair_bank = 1 << 14;
 constexpr double farthest = 0.2;         // metres: nothing asks for more
 constexpr double surface_spread = 0.01;  // metres along the normal
-constexpr double pair_distance = 0.04;   // metres on each axis
+constexpr double pair_distance = 0.02;   // metres on each axis
 
 std::shared_ptr<Buffer> uploaded(Device& device, const std::vector<float>& data) {
   auto buffer = std::make_shared<Buffer>(device.allocate(data.size() * sizeof(float)));
@@ -45,6 +47,35 @@ class Dice {
 
  private:
   std::mt19937_64 generator_;
+};
+
+/// Random places on a mesh, as many as it has area: vertices are dense in the face and the hands.
+class SurfacePlaces {
+ public:
+  SurfacePlaces(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Eigen::Vector3i>& triangles)
+      : vertices_(vertices), triangles_(triangles) {
+    double sum = 0;
+    for (const Eigen::Vector3i& t : triangles) areas_.push_back(sum += normal_of(t).norm());
+  }
+  struct Place {
+    Eigen::Vector3d position, normal;
+  };
+  Place draw(Dice& dice) const {
+    const auto at = std::lower_bound(areas_.begin(), areas_.end(), dice.uniform() * areas_.back());
+    const Eigen::Vector3i& t = triangles_[std::min<std::size_t>(at - areas_.begin(), triangles_.size() - 1)];
+    const double side = std::sqrt(dice.uniform()), along = dice.uniform();
+    return {(1 - side) * vertices_[t[0]] + side * ((1 - along) * vertices_[t[1]] + along * vertices_[t[2]]),
+            normal_of(t).normalized()};
+  }
+
+ private:
+  Eigen::Vector3d normal_of(const Eigen::Vector3i& t) const {
+    return (vertices_[t[1]] - vertices_[t[0]]).cross(vertices_[t[2]] - vertices_[t[0]]);
+  }
+
+  const std::vector<Eigen::Vector3d>& vertices_;
+  const std::vector<Eigen::Vector3i>& triangles_;
+  std::vector<double> areas_;  // of all triangles up to each, twice
 };
 
 void append(std::vector<float>& numbers, const Eigen::Vector3d& v) {
@@ -85,11 +116,10 @@ CanonicalPoints::CanonicalPoints(Device& device, const HumanModel& model, std::u
       append(on_lines, from + (to - from) * ((static_cast<double>(k) + 0.5) / line_points));
     lengths.insert(lengths.end(), line_points, static_cast<float>((to - from).norm() / line_points));
   }
-  const std::vector<Eigen::Vector3d>& vertices = model.body().canonical_vertices();
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(vertices, model.body().body().triangles);
+  const SurfacePlaces surface(model.body().canonical_vertices(), model.body().body().triangles);
   for (std::int64_t i = 0; i < pair_bank; ++i) {
-    const auto v = static_cast<std::size_t>(dice.uniform() * static_cast<double>(vertices.size()));
-    const Eigen::Vector3d a = vertices[v] + surface_spread * dice.normal() * normals[v];
+    const SurfacePlaces::Place place = surface.draw(dice);
+    const Eigen::Vector3d a = place.position + surface_spread * dice.normal() * place.normal;
     append(pairs, a);
     append(pairs, a + pair_distance * dice.normals());
   }

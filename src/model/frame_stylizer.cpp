@@ -10,7 +10,7 @@
 namespace vivant {
 namespace {
 
-constexpr std::int64_t C = Stylizer::features, halo = Stylizer::feature_halo;
+constexpr std::int64_t C = Stylizer::features;
 constexpr std::int64_t most_samples = 16384;  // features of a frame that its statistics are taken from
 constexpr std::int64_t detail_halo = Stylizer::detail_halo, detail_channels = Stylizer::detail_channels;
 
@@ -134,6 +134,7 @@ struct FrameStylizer::State {
   const std::int64_t height, width;            ///< of the frame
   const std::int64_t rows, columns;            ///< of its features
   const std::int64_t tile_rows, tile_columns;  ///< of a tile, without its halo
+  const std::int64_t halo;                     ///< features around a tile
   const std::int64_t samples;                  ///< features of a frame from which statistics are taken
   ColourTransform colours;
 
@@ -164,6 +165,7 @@ FrameStylizer::State::State(Device& device, const Stylizer& stylizer, const Vgg1
       columns((width + 3) / Stylizer::scale),
       tile_rows(std::min<std::int64_t>(rows, options.tile)),
       tile_columns(std::min<std::int64_t>(columns, options.tile)),
+      halo(stylizer.feature_halo()),
       samples(std::min(rows * columns, most_samples)) {
   rgb = frame_graph.input("rgb", {rows * Stylizer::scale, columns * Stylizer::scale, 3});
   const Value luma = stylizer.luma(frame_graph, rgb);

@@ -88,8 +88,9 @@ SkinTables HumanModel::skin_tables(Graph& graph) const {
 Value HumanModel::error_correction(Graph& graph, const HumanSamples& samples, Value codes) const {
   const Graph::Scope scope(graph, "human.error");
   const int layers = options_.error_layers;
-  Value x = positional_encoding(affine(samples.root, 1 / root_extent), options_.error_frequencies);
-  x = error_layers_[0](graph, x);
+  const Value place =
+      options_.error_of_observed ? affine(samples.root, 1 / root_extent) : in_canonical_box(samples.points);
+  Value x = error_layers_[0](graph, positional_encoding(place, options_.error_frequencies));
   x = activate(add(x, gather_rows(error_layers_[layers + 1](graph, codes), samples.frame)), Activation::relu);
   std::vector<MlpLayer> rest;
   rest.reserve(layers);
@@ -111,9 +112,12 @@ Value HumanModel::correction(Graph& graph, const HumanSamples& samples, const Fr
 }
 
 Value HumanModel::features(Graph& graph, Value planes, Value canonical) const {
+  return field_.features(graph, planes, in_canonical_box(canonical));
+}
+
+Value HumanModel::in_canonical_box(Value points) const {
   const Box& box = body_.canonical_box();
-  return field_.features(graph, planes,
-                         normalise_to_box(canonical, array_of(box.centre()), array_of(0.5 * box.size())));
+  return normalise_to_box(points, array_of(box.centre()), array_of(0.5 * box.size()));
 }
 
 Value HumanModel::density(Graph& graph, Value features, Value signed_distance) const {

@@ -48,6 +48,18 @@ Eigen::MatrixXd rotated_whitening(const Regression& r, const Initializer& initia
   return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose() * rotation;
 }
 
+/// Makes a layer [taps, C, out] the first `out` columns of weights [C, C] at its middle tap, and their bias.
+void write_centre(ParameterStore& store, const std::string& layer, const Eigen::MatrixXd& weights,
+                  const Eigen::VectorXd& bias) {
+  const Shape shape = store.find(layer + ".weight").shape;
+  const std::int64_t out = shape.channels(), taps = shape.elements() / (C * out);
+  Matrix all = Matrix::Zero(taps * C, out);
+  all.middleRows(taps / 2 * C, C) = weights.leftCols(out).cast<float>();
+  const Eigen::VectorXf first = bias.head(out).cast<float>();
+  store.write(layer + ".weight", {all.data(), static_cast<std::size_t>(all.size())});
+  store.write(layer + ".bias", {first.data(), static_cast<std::size_t>(first.size())});
+}
+
 /// Makes outputs 0 to 2 of a layer copy its inputs 0 to 2. weights [taps, in, out]; the middle tap copies.
 void hand_on_colours(ParameterStore& store, const std::string& layer, bool keep_rest) {
   const Shape shape = store.find(layer + ".weight").shape;
@@ -77,14 +89,14 @@ double start_read_out(ParameterStore& store, const Stylizer& stylizer, const Ini
   Eigen::VectorXd bias = -(weights.transpose() * r.feature_mean);
   bias.head(colours_count) += r.colour_mean;
 
-  const Matrix narrow = weights.cast<float>();
-  const Eigen::VectorXf narrow_bias = bias.cast<float>();
+  const std::vector<std::string> layers =
+      stylizer.options().mirrored
+          ? std::vector<std::string>{"decoder0", "decoder1", "decoder2", "decoder3", "decoder4"}
+          : std::vector<std::string>{"psi0", "psi1", "decoder0", "decoder1", "decoder2", "decoder3"};
   const std::string name = stylizer.name() + ".";
-  store.write(name + "psi0.weight", {narrow.data(), static_cast<std::size_t>(narrow.size())});
-  store.write(name + "psi0.bias", {narrow_bias.data(), static_cast<std::size_t>(narrow_bias.size())});
-  for (const char* layer : {"psi1", "decoder0", "decoder1", "decoder2"})
-    hand_on_colours(store, name + layer, false);
-  hand_on_colours(store, name + "decoder3", true);
+  write_centre(store, name + layers.front(), weights, bias);
+  for (std::size_t i = 1; i < layers.size(); ++i)
+    hand_on_colours(store, name + layers[i], i + 1 == layers.size());
   return r.error;
 }
 

@@ -11,8 +11,8 @@
 namespace vivant {
 namespace {
 
-constexpr double deep_logit_scale = 0.05;  // as the stylizer's 0.1, for twice the channels
-constexpr double covariance_weight = 10;   // beside the means of colours, whose errors are larger
+constexpr double logit_scale_times_channels = 25.6;  // gives the stylizer's 0.1 for its 256 channels
+constexpr double covariance_weight = 10;             // beside the means of colours, whose errors are larger
 
 Value mean_square(Value x) { return mean(multiply(x, x)); }
 
@@ -39,13 +39,21 @@ Value luma_for(Value luma, Value features) {
   return mean_variance_norm(resize_bilinear(luma, features.shape()[0], features.shape()[1]));
 }
 
-/// The parameter-free AdaAttN target of a deep layer.
+/// Tokens without parameters: the features themselves. luma is not read with luma_weight 0.
+StyleTokens parameter_free_tokens(Graph& graph, const Stylizer& stylizer, Value features, Value luma) {
+  const double weight = stylizer.options().luma_weight;
+  return guided_tokens(graph, rows(mean_variance_norm(features)), rows(features),
+                       weight > 0 ? rows(luma_for(luma, features)) : Value{}, weight);
+}
+
+/// The parameter-free AdaAttN target of a layer.
 Value local_target(Graph& graph, const Stylizer& stylizer, Value features, Value luma,
                    const StyleTokens& style) {
   const StylizerOptions& options = stylizer.options();
   const Value normal = mean_variance_norm(features);
+  const double scale = logit_scale_times_channels / static_cast<double>(features.shape().channels());
   const Value queries =
-      guided_queries(graph, affine(normal, deep_logit_scale), luma_for(luma, features), options.luma_weight);
+      guided_queries(graph, affine(normal, scale), luma_for(luma, features), options.luma_weight);
   return adaptive_normalisation(queries, normal, style, options);
 }
 
@@ -65,7 +73,7 @@ void for_each_value(Target& target, F f) {
   const auto visit = [&](auto& tokens) { f(tokens.keys), f(tokens.bias), f(tokens.values); };
   visit(target.tokens);
   for (auto& tokens : target.deep) visit(tokens);
-  f(target.colour_mean), f(target.colour_covariance);
+  f(target.colour_mean), f(target.colour_covariance), f(target.features);
 }
 
 }  // namespace
@@ -119,16 +127,20 @@ StyleTarget style_target(Graph& graph, const Stylizer& stylizer, Value rgb, cons
   StyleTarget target;
   for (std::size_t i = 0; i < features.size(); ++i) target.layers[i] = channel_statistics(features[i]);
   const Value luma = stylizer.luma(graph, rgb);
-  target.tokens = stylizer.style_tokens(graph, features[2], stylizer.feature_luma(luma));
-  for (std::size_t i = 0; i < target.deep.size(); ++i) {
-    const Value deep = features[3 + i];
-    target.deep[i] = guided_tokens(graph, rows(mean_variance_norm(deep)), rows(deep),
-                                   rows(luma_for(luma, deep)), stylizer.options().luma_weight);
-  }
+  if (stylizer.options().mirrored)
+    target.features = features[2];
+  else
+    target.tokens = stylizer.style_tokens(graph, features[2], stylizer.feature_luma(luma));
+  for (std::size_t i = 0; i < target.deep.size(); ++i)
+    target.deep[i] = parameter_free_tokens(graph, stylizer, features[3 + i], luma);
   const ColourMoments colours = colour_moments(rgb);
   target.colour_mean = colours.mean;
   target.colour_covariance = colours.covariance;
   return target;
+}
+
+StyleTokens StyleTarget::tokens_of(Graph& graph, const Stylizer& stylizer) const {
+  return features ? stylizer.style_tokens(graph, features, {}) : tokens;
 }
 
 Value StyleLosses::total(const StyleWeights& weights) const {
@@ -141,7 +153,12 @@ StyleLosses style_losses(Graph& graph, const Stylizer& stylizer, Value image, co
                          const StyleContent& content, const StyleTarget& target,
                          const ChannelScales& scales) {
   StyleLosses losses;
-  Values global, local = {scaled_error(features[2], graph.detach(content.stylised), scales[2])}, structure;
+  // What is trained must not be its own target.
+  const Value stylised = target.features
+                             ? local_target(graph, stylizer, content.features[2], content.luma,
+                                            parameter_free_tokens(graph, stylizer, target.features, {}))
+                             : content.stylised;
+  Values global, local = {scaled_error(features[2], graph.detach(stylised), scales[2])}, structure;
   for (std::size_t i = 1; i < features.size(); ++i)
     global.push_back(statistics_error(channel_statistics(features[i]), target.layers[i], scales[i]));
   for (std::size_t i = 3; i < features.size(); ++i) {

@@ -22,9 +22,10 @@ struct PretrainStylizerOptions {
   bool resume = false;
 };
 
-/// Trains psi and the decoder of a stylizer once, on VGG-19 features of photographs and paintings: from then
-/// on it works on any capture and painting without training. Deterministic by seed. Throws Interrupted after
-/// Ctrl-C with the state saved, so that `resume` goes on with the same bits.
+/// Trains psi and the decoder of a stylizer (of AdaAttN's own forms f, g, h and the decoder) once, on VGG-19
+/// features of photographs and paintings: from then on it works on any capture and painting without training.
+/// Deterministic by seed. Throws Interrupted after Ctrl-C with the state saved, so that `resume` goes on with
+/// the same bits.
 void pretrain_stylizer(Device& device, const PretrainStylizerOptions& options, Progress& progress);
 
 }  // namespace vivant

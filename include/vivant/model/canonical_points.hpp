@@ -22,7 +22,7 @@ class CanonicalPoints {
     Value lengths;  ///< [lines, line_points] metres between neighbours
   };
   struct SurfacePairs {
-    Value a, b;  ///< [N, 3] points near the surface, about 4 cm apart
+    Value a, b;  ///< [N, 3] points near the surface, about 2 cm apart on each axis
   };
 
   CanonicalPoints(Device& device, const HumanModel& model, std::uint64_t seed);

@@ -11,11 +11,13 @@ namespace vivant {
 
 struct HumanOptions {
   FieldOptions field;
-  double box_margin = 0.1;                     ///< metres between the canonical body and the field's box
-  CanonicalPoseOptions canonical = {};         ///< the X-pose
-  bool distance_prior = true;                  ///< the signed distance to the body shifts the density
-  bool bone_corrections = true;                ///< small corrections of every frame's bones
-  bool error_correction = true;                ///< the paper's E
+  double box_margin = 0.1;              ///< metres between the canonical body and the field's box
+  CanonicalPoseOptions canonical = {};  ///< the X-pose
+  bool distance_prior = true;           ///< the signed distance to the body shifts the density
+  bool bone_corrections = true;         ///< small corrections of every frame's bones
+  bool error_correction = true;         ///< the paper's E
+  bool error_of_observed =
+      true;  ///< E reads the observed point, relative to the root; else the canonical one
   int error_layers = 4, error_width = 128;     ///< of E
   int error_frequencies = 6, error_codes = 8;  ///< octaves of E's input, numbers of a frame code
 };
@@ -77,6 +79,8 @@ class HumanModel {
   CodeRow mean_codes() const;
 
  private:
+  /// Canonical points [N, 3] in metres -> [-1, 1]^3 in the field's box.
+  Value in_canonical_box(Value points) const;
   Value error_correction(Graph& graph, const HumanSamples& samples, Value codes) const;
   SkinTables skin_tables(Graph& graph) const;
 

@@ -31,10 +31,13 @@ Value reconstruction_loss(Value image, Value target, const StyleFeatures& image_
 /// What the losses of stage 3 need of a style, computed once per style image.
 struct StyleTarget {
   std::array<ChannelStatistics, 5> layers;
-  StyleTokens tokens;               ///< the stylizer's own
+  StyleTokens tokens;               ///< the stylizer's own, unless they are trained
+  Value features;                   ///< relu3_1 [h, w, C], where the tokens are trained (mirrored)
   std::array<StyleTokens, 2> deep;  ///< of relu4_1 and relu5_1, for the local targets
   Value colour_mean, colour_covariance;
 
+  /// The stylizer's own tokens, recorded where they are trained.
+  StyleTokens tokens_of(Graph& graph, const Stylizer& stylizer) const;
   /// All values in a fixed order; those that are absent are left out.
   Values values() const;
   /// Inputs of `graph` with the shapes of this target's values: one graph makes targets, another trains on
@@ -58,8 +61,8 @@ struct StyleWeights {
 /// The content's side of a step of stage 3.
 struct StyleContent {
   Value luma;              ///< [H, W, 1]
-  Value stylised;          ///< F_cs, the local target of relu3_1
-  StyleFeatures features;  ///< of the unstylised image; relu4_1 and relu5_1 are used
+  Value stylised;          ///< F_cs, the local target of relu3_1 unless the attention is trained
+  StyleFeatures features;  ///< of the unstylised image; relu3_1 to relu5_1 are used
 };
 
 /// The single losses of stage 3, each [1] and unweighted.
