@@ -61,7 +61,9 @@ Pose bent_pose(const Body& body) {
 TEST_CASE("human_model: moving the root and the camera together changes neither E nor the picture") {
   Device device;
   ParameterStore store;
-  const HumanModel model(device, store, Initializer(1), small_options(), asset_body(), 2);
+  HumanOptions options = small_options();
+  options.error_input = ErrorInput::observed;
+  const HumanModel model(device, store, Initializer(1), options, asset_body(), 2);
   store.allocate(device);
   shake(store, "human.error", 1);
   shake(store, "human.bone", 0.3);
@@ -171,10 +173,10 @@ TEST_CASE("human_model: a canonical E corrects a place of the body alike whereve
   std::vector<double> canonical(3 * rows), here(3 * rows), there(3 * rows);
   for (std::vector<double>* points : {&canonical, &here, &there})
     for (double& x : *points) x = uniform(random);
-  for (const bool observed : {true, false}) {
+  for (const ErrorInput input : {ErrorInput::canonical, ErrorInput::observed}) {
     HumanOptions options = small_options();
     options.bone_corrections = false;
-    options.error_of_observed = observed;
+    options.error_input = input;
     ParameterStore store;
     const HumanModel model(device, store, Initializer(1), options, asset_body(), 1);
     store.allocate(device);
@@ -198,9 +200,35 @@ TEST_CASE("human_model: a canonical E corrects a place of the body alike whereve
     const Values both = {correction(here), correction(there)};
     Executor executor(device, graph, both);
     executor.run();
-    CHECK((executor.read(both[0]) == executor.read(both[1])) != observed);
+    CHECK((executor.read(both[0]) == executor.read(both[1])) == (input == ErrorInput::canonical));
     CHECK(executor.read(both[0])[0] != 0);
   }
+}
+
+TEST_CASE("canonical_points: colours are compared all over the body by area, at distances of centimetres") {
+  Device device;
+  ParameterStore store;
+  const HumanModel model(device, store, Initializer(1), small_options(), asset_body(), 1);
+  store.allocate(device);
+  const CanonicalPoints points(device, model, 3);
+  constexpr std::int64_t count = 8192;
+  Graph graph;
+  const RandomKey key{graph.scalar("seed", DType::i32), graph.scalar("step", DType::i32)};
+  const CanonicalPoints::SurfacePairs pairs = points.surface(graph, count, key);
+  Executor executor(device, graph, {pairs.a, pairs.b});
+  executor.set(key.seed, 1);
+  executor.set(key.step, 0);
+  executor.run();
+  const std::vector<float> a = executor.read(pairs.a), b = executor.read(pairs.b);
+  double apart = 0, above = 0, on_head = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) apart += std::pow(a[i] - b[i], 2);
+  for (const float distance : canonical_distances(device, model.body(), a, 0.1)) above += distance * distance;
+  for (std::int64_t i = 0; i < count; ++i) on_head += a[3 * i + 1] > 1.45;
+  CHECK(std::sqrt(apart / (3 * count)) == doctest::Approx(0.02).epsilon(0.03));
+  CHECK(std::sqrt(above / count) == doctest::Approx(0.01).epsilon(0.1));
+  // A third of the vertices are on the head, but less than a tenth of the skin.
+  CHECK(on_head / count > 0.02);
+  CHECK(on_head / count < 0.12);
 }
 
 TEST_CASE("human_losses: labels of L_smpl agree with the inside test of the canonical mesh") {

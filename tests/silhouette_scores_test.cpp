@@ -50,7 +50,8 @@ TEST_CASE("silhouette scores: a missing hand is named, one that is too small is 
   CHECK_FALSE(least_covered_limb(rendered, without));
 }
 
-TEST_CASE("silhouette scores: a detached piece counts unless the body is cut in the same way") {
+TEST_CASE(
+    "silhouette scores: a piece off the body is detached, one that the picture cuts off the body is not") {
   const BodySilhouette posed = body();
   cv::Mat rendered = posed.mask.clone();
   CHECK(detached_share(rendered, posed.mask) == 0);
@@ -60,5 +61,8 @@ TEST_CASE("silhouette scores: a detached piece counts unless the body is cut in 
   CHECK(detached_share(posed.mask, rendered) == 0);
   rendered(cv::Rect(50, 0, 20, 5)) = 255;  // meets that piece at a corner
   CHECK(detached_share(rendered, posed.mask) == doctest::Approx(180.0 / 1136));
+  cv::Mat cut = posed.mask.clone();  // a body in two pieces, the smaller of which is not rendered
+  cut(cv::Rect(0, 0, 8, 10)) = 255;
+  CHECK(detached_share(rendered, cut) == doctest::Approx(180.0 / 1136));
   CHECK(detached_share(cv::Mat::zeros(rendered.size(), CV_8UC1), posed.mask) == 0);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "jobs/stylizer_training.hpp"
 #include "vivant/graph/executor.hpp"
 #include "vivant/model/stylizer.hpp"
 #include "vivant/nn/optimizer.hpp"
@@ -21,9 +22,7 @@ std::vector<double> train_mirrored(Device& device, ParameterStore& store, const 
                                          stylizer.statistics(content, luma));
   const Value image = stylizer.decode_image(graph, stylised, {});
   const Value loss = l2_loss(image, graph.constant(image.shape(), std::vector<double>(20 * 24 * 3, 0.5)));
-  const auto optimizer =
-      optimise(device, graph, store, loss,
-               {.trained = {"stylizer.query", "stylizer.key", "stylizer.value", "stylizer.decoder"}});
+  const auto optimizer = optimise(device, graph, store, loss, stylising_parts(stylizer));
   Executor executor(device, graph, {loss});
   const Initializer random(3);
   executor.write(content, random.normal("content", content.elements(), 1));

@@ -18,9 +18,23 @@ void print(const Report& report, const nlohmann::ordered_json& data, bool json) 
   fmt::print("{}", json ? data.dump(1) + "\n" : report.text());
 }
 
+/// What one says of a film, or of its style, means nothing when there is none.
+void refuse_unused(const CLI::App& command, const Arguments& arguments) {
+  const auto refuse = [&](std::initializer_list<const char*> names, const char* without) {
+    for (const char* name : names)
+      if (command.count(name) > 0) throw UsageError(fmt::format("{} {}", name, without));
+  };
+  const bool stylised = arguments.film.look.stylised(), moved = !arguments.film.film.motion.empty();
+  if (!stylised) refuse({"--flow", "--strength", "--keep-colour"}, "is of a stylised film: give --style");
+  if (!moved) refuse({"--motion-names"}, "is of a motion: give --motion");
+  if (stylised || moved) return;
+  refuse({"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene", "--place"},
+         arguments.truth.empty() ? "is of a film: give --motion or --style"
+                                 : "is of a film, which --truth is not: leave it out");
+}
+
 void run(Arguments& arguments, const Globals& globals) {
   FilmEvaluationOptions& film = arguments.film;
-  arguments.styles.apply(film.look);
   if (!film.look.stylised() && !film.others.empty())
     throw UsageError("--film needs the style that the films are painted in: give --style");
   if (film.look.stylised() && !arguments.truth.empty())
@@ -104,12 +118,9 @@ void add_eval(CLI::App& app, const Globals& globals) {
       ->type_name("DIR");
   command->add_flag("--json", arguments->json, "print JSON");
   command->callback([arguments, views, command, &globals] {
+    arguments->styles.apply(arguments->film.look);
+    refuse_unused(*command, *arguments);
     FilmOptions& shown = arguments->film.film;
-    if (arguments->styles.none() && shown.motion.empty())
-      for (const char* name : {"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene",
-                               "--place", "--motion-names", "--flow"})
-        if (command->count(name) > 0)
-          throw UsageError(fmt::format("{} is of a film: give --motion or --style", name));
     if ((!shown.motion.empty() || !arguments->film.scene.empty()) && views->count() == 0)
       shown.views = "first";
     run(*arguments, globals);

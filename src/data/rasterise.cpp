@@ -2,11 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace vivant {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
+
+namespace {
+
+constexpr double nearest = 0.01;  // depth from which triangles are drawn
+
+/// The first and the last of `count` pixels whose centres, at +0.5, lie between the least and the greatest of
+/// the coordinates; limited before they become integers, which cannot hold them all.
+std::pair<int, int> covered(std::initializer_list<double> coordinates, int count) {
+  const double first = std::ceil(std::min(coordinates) - 0.5), last = std::floor(std::max(coordinates) - 0.5);
+  return {static_cast<int>(std::clamp<double>(first, 0, count)),
+          static_cast<int>(std::clamp<double>(last, -1, count - 1))};
+}
+
+/// Camera::project, with depth 0 for what strong distortion folds back into the picture from far outside.
+Vector3d in_picture(const Camera& camera, const Vector3d& vertex) {
+  Vector3d place = camera.project(vertex);
+  if (!camera.distorted() || place.z() <= nearest) return place;
+  const Vector3d seen =
+      camera.world_to_camera.topLeftCorner<3, 3>() * vertex + camera.world_to_camera.topRightCorner<3, 1>();
+  const Eigen::Vector2d direction = seen.head<2>() / seen.z();
+  if ((camera.undistort(place.head<2>()) - direction).norm() > 0.01 * (1 + direction.norm())) place.z() = 0;
+  return place;
+}
+
+}  // namespace
 
 Visibility rasterise(const Camera& camera, std::span<const Vector3d> vertices,
                      std::span<const Vector3i> triangles) {
@@ -15,20 +41,15 @@ Visibility rasterise(const Camera& camera, std::span<const Vector3d> vertices,
   out.triangle.assign(count, -1);
   out.inverse_depth.assign(count, 0.0F);
   std::vector<Vector3d> projected;
-  for (const Vector3d& vertex : vertices) projected.push_back(camera.project(vertex));
+  for (const Vector3d& vertex : vertices) projected.push_back(in_picture(camera, vertex));
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Vector3d &a = projected[triangles[t][0]], &b = projected[triangles[t][1]],
                    &c = projected[triangles[t][2]];
-    if (std::min({a.z(), b.z(), c.z()}) <= 0.01) continue;
+    if (std::min({a.z(), b.z(), c.z()}) <= nearest) continue;
     const double area = (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
     if (area == 0) continue;
-    // Pixel centres are at +0.5.
-    const int left = std::max(0, static_cast<int>(std::ceil(std::min({a.x(), b.x(), c.x()}) - 0.5)));
-    const int right =
-        std::min(out.width - 1, static_cast<int>(std::floor(std::max({a.x(), b.x(), c.x()}) - 0.5)));
-    const int top = std::max(0, static_cast<int>(std::ceil(std::min({a.y(), b.y(), c.y()}) - 0.5)));
-    const int bottom =
-        std::min(out.height - 1, static_cast<int>(std::floor(std::max({a.y(), b.y(), c.y()}) - 0.5)));
+    const auto [left, right] = covered({a.x(), b.x(), c.x()}, out.width);
+    const auto [top, bottom] = covered({a.y(), b.y(), c.y()}, out.height);
     for (int row = top; row <= bottom; ++row) {
       for (int column = left; column <= right; ++column) {
         const double x = column + 0.5, y = row + 0.5;

@@ -50,7 +50,7 @@ HumanOptions human_options(const Config& config) {
   options.distance_prior = human.distance_prior;
   options.bone_corrections = human.bone_corrections;
   options.error_correction = human.error_correction;
-  options.error_of_observed = human.error_input == "observed";
+  options.error_input = human.error_input == "observed" ? ErrorInput::observed : ErrorInput::canonical;
   options.error_layers = static_cast<int>(human.error_layers);
   options.error_width = static_cast<int>(human.error_width);
   return options;

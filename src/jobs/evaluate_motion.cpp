@@ -36,21 +36,21 @@ const std::vector<Figure>& figures() {
 struct Summary {
   double mean = NAN, worst = NAN;
   int worst_frame = -1;
+  int count = 0;  ///< frames that have the figure
 };
 
 Summary summary_of(const Figure& figure, const std::vector<MotionFrameScore>& frames) {
   Summary summary;
   double sum = 0;
-  int count = 0;
   for (int i = 0; i < static_cast<int>(frames.size()); ++i) {
     const std::optional<double> value = figure.value(frames[i]);
     if (!value) continue;
     sum += *value;
-    ++count;
+    ++summary.count;
     const bool worse = figure.high_is_worse ? *value > summary.worst : *value < summary.worst;
-    if (count == 1 || worse) summary.worst = *value, summary.worst_frame = i;
+    if (summary.count == 1 || worse) summary.worst = *value, summary.worst_frame = i;
   }
-  if (count > 0) summary.mean = sum / count;
+  if (summary.count > 0) summary.mean = sum / summary.count;
   return summary;
 }
 
@@ -68,8 +68,9 @@ Report MotionEvaluation::report() const {
       {"Silhouette's IoU: of the rendered person and the posed body. Clothes and hair lie outside of "
        "the body: of a dressed person it is below 1. Least covered limb: the share of its visible "
        "pixels that the rendered person covers; near 0 the limb is missing. Detached pieces: the "
-       "share of the rendered person that is not joined to its largest piece."},
-      {{"Poses", {"figure", "mean", "worst", "frame", "limb"}, {}}},
+       "share of the rendered person in pieces that nowhere touch the posed body. Frames count from 0 in the "
+       "film."},
+      {{"Poses", {"figure", "mean", "worst", "frame", "limb", "measured"}, {}}},
       {},
       {}};
   for (const Figure& figure : figures()) {
@@ -77,7 +78,8 @@ Report MotionEvaluation::report() const {
     const bool any = summary.worst_frame >= 0;
     report.tables[0].rows.push_back({figure.title, cell(summary.mean, 4), cell(summary.worst, 4),
                                      any ? std::to_string(summary.worst_frame) : "-",
-                                     any ? limb_of(figure, frames[summary.worst_frame]) : ""});
+                                     any ? limb_of(figure, frames[summary.worst_frame]) : "",
+                                     fmt::format("{} of {} frames", summary.count, frames.size())});
     Report::Plot plot{figure.title, "frame", "share", {{figure.title, {}}}};
     for (const MotionFrameScore& frame : frames)
       plot.curves[0].values.push_back(figure.value(frame).value_or(NAN));
@@ -101,6 +103,7 @@ nlohmann::ordered_json MotionEvaluation::json() const {
     const Summary summary = summary_of(figure, frames);
     if (summary.worst_frame < 0) continue;
     all[figure.name] = summary.mean;
+    all["measured_frames"][figure.name] = summary.count;
     worst[figure.name]["frame"] = summary.worst_frame;
     add(worst[figure.name], "value", frames[summary.worst_frame]);
   }
@@ -147,8 +150,9 @@ BodySilhouette body_in(const Shot& shot, const Body& body, double units_per_metr
   return body_silhouette(body, vertices, shot.camera);
 }
 
+bool shows_enough(const BodySilhouette& body) { return cv::countNonZero(body.mask) >= least_body_pixels; }
+
 MotionFrameScore frame_score(const cv::Mat& rendered, const BodySilhouette& body) {
-  if (cv::countNonZero(body.mask) < least_body_pixels) return {};
   return {silhouette_iou(rendered, body.mask), least_covered_limb(rendered, body),
           detached_share(rendered, body.mask)};
 }
@@ -159,6 +163,12 @@ MotionEvaluation evaluate_motion(Device& device, const OpenRun& run, const OpenR
                                  const FilmOptions& options, const std::filesystem::path& output,
                                  Progress& progress) {
   const Film film = plan_film(run, scene, options);
+  const auto body_of = [&](const Shot& shot) {
+    return body_in(shot, run.model->human()->body().body(), film.units_per_metre);
+  };
+  if (std::ranges::none_of(film.shots, [&](const Shot& shot) { return shows_enough(body_of(shot)); }))
+    fail("no frame shows {} pixels of the person: choose other --views, another --place or a larger --size",
+         least_body_pixels);
   FilmRenderer person(device, run, scene, film, "human", false);
   std::optional<OutlinedFilm> pictures;
   if (!output.empty()) {
@@ -169,19 +179,18 @@ MotionEvaluation evaluate_motion(Device& device, const OpenRun& run, const OpenR
   const InterruptGuard guard;
   progress.begin("eval", 0, static_cast<std::int64_t>(film.shots.size()));
   for (const Shot& shot : film.shots) {
-    LayerFrame rendered = person.render(shot);
-    const BodySilhouette body = body_in(shot, run.model->human()->body().body(), film.units_per_metre);
-    const cv::Mat alpha(rendered.height, rendered.width, CV_32FC1, rendered.alpha.data());
-    evaluation.frames.push_back(frame_score(alpha > 0.5, body));
+    const BodySilhouette body = body_of(shot);
+    evaluation.frames.emplace_back();
+    if (shows_enough(body)) {
+      LayerFrame rendered = person.render(shot);
+      const cv::Mat alpha(rendered.height, rendered.width, CV_32FC1, rendered.alpha.data());
+      evaluation.frames.back() = frame_score(alpha > 0.5, body);
+    }
     if (pictures) pictures->add(shot, body.mask);
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
     if (interrupted()) throw Interrupted("stopped while measuring");
   }
   progress.end();
-  if (std::ranges::none_of(evaluation.frames,
-                           [](const MotionFrameScore& frame) { return frame.silhouette_iou.has_value(); }))
-    fail("no frame shows {} pixels of the person: choose other --views, another --place or a larger --size",
-         least_body_pixels);
   if (pictures) {
     Report report = evaluation.report();
     report.videos = pictures->close();

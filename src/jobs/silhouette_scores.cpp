@@ -2,25 +2,9 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 namespace vivant {
-namespace {
-
-/// The share of a silhouette outside of its largest connected component; 0 of nothing.
-double share_outside_of_largest(const cv::Mat& silhouette) {
-  cv::Mat labels, statistics, centres;
-  const int count = cv::connectedComponentsWithStats(silhouette, labels, statistics, centres);
-  int sum = 0, largest = 0;
-  for (int label = 1; label < count; ++label) {  // 0 is what is not in the silhouette
-    const int area = statistics.at<int>(label, cv::CC_STAT_AREA);
-    sum += area;
-    largest = std::max(largest, area);
-  }
-  return sum > 0 ? 1 - static_cast<double>(largest) / sum : 0;
-}
-
-}  // namespace
-
 double silhouette_iou(const cv::Mat& a, const cv::Mat& b) {
   return static_cast<double>(cv::countNonZero(a & b)) / std::max(1, cv::countNonZero(a | b));
 }
@@ -38,7 +22,16 @@ std::optional<LimbCover> least_covered_limb(const cv::Mat& rendered, const BodyS
 }
 
 double detached_share(const cv::Mat& rendered, const cv::Mat& body) {
-  return std::max(0.0, share_outside_of_largest(rendered) - share_outside_of_largest(body));
+  cv::Mat labels;
+  const int count = cv::connectedComponents(rendered, labels);
+  std::vector<char> on_body(count, 0);
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x)
+      if (body.at<std::uint8_t>(y, x) != 0) on_body[labels.at<int>(y, x)] = 1;
+  int detached = 0;
+  for (int label = 1; label < count; ++label)  // 0 is what is not in the silhouette
+    if (on_body[label] == 0) detached += cv::countNonZero(labels == label);
+  return static_cast<double>(detached) / std::max(1, cv::countNonZero(rendered));
 }
 
 }  // namespace vivant

@@ -15,7 +15,8 @@ namespace {
 constexpr int short_side = 320, least_side = 128;  // of the pictures trained on
 constexpr int measured_crops = 40, measured_side = 128, crop_side = 96;
 constexpr int every = 3;  // of the measured features goes into the least squares
-// Rendered features are blurred and noisy, so some of the training's are. The baselines see none.
+// Rendered features are blurred and noisy, so some of the training's are. The baselines see neither noise nor
+// blur.
 constexpr double recolour = 0.3, without_detail = 0.3, soft_picture = 0.2, noisy = 0.35, blurred = 0.35;
 constexpr double most_noise = 0.6, most_blur = 1.2;  // standard deviations of the features; pixels
 

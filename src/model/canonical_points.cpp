@@ -49,7 +49,7 @@ class Dice {
   std::mt19937_64 generator_;
 };
 
-/// Random places on a mesh, as many as it has area: vertices are dense in the face and the hands.
+/// Random places on a mesh, uniform by area: vertices are dense in the face and the hands.
 class SurfacePlaces {
  public:
   SurfacePlaces(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Eigen::Vector3i>& triangles)

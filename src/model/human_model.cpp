@@ -88,8 +88,8 @@ SkinTables HumanModel::skin_tables(Graph& graph) const {
 Value HumanModel::error_correction(Graph& graph, const HumanSamples& samples, Value codes) const {
   const Graph::Scope scope(graph, "human.error");
   const int layers = options_.error_layers;
-  const Value place =
-      options_.error_of_observed ? affine(samples.root, 1 / root_extent) : in_canonical_box(samples.points);
+  const Value place = options_.error_input == ErrorInput::observed ? affine(samples.root, 1 / root_extent)
+                                                                   : in_canonical_box(samples.points);
   Value x = error_layers_[0](graph, positional_encoding(place, options_.error_frequencies));
   x = activate(add(x, gather_rows(error_layers_[layers + 1](graph, codes), samples.frame)), Activation::relu);
   std::vector<MlpLayer> rest;

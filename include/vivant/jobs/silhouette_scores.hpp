@@ -21,9 +21,8 @@ constexpr int least_limb_pixels = 30;
 /// The limb of the body that a rendered silhouette covers least; none when no limb shows enough pixels.
 std::optional<LimbCover> least_covered_limb(const cv::Mat& rendered, const BodySilhouette& body);
 
-/// The share of a rendered silhouette that is not joined to its largest piece (pixels that touch at a corner
-/// are joined), less the same share of the body's silhouette, which the picture's border may cut into
-/// pieces; at least 0.
+/// The share of a rendered silhouette in pieces (pixels that touch at a corner are joined) of which no pixel
+/// is on the body: the picture's border may cut the body itself into pieces.
 double detached_share(const cv::Mat& rendered, const cv::Mat& body);
 
 }  // namespace vivant

@@ -9,6 +9,10 @@
 
 namespace vivant {
 
+/// The point that the error correction reads: in the canonical pose, which all poses share, or as it is
+/// observed, relative to the root (the paper's).
+enum class ErrorInput { canonical, observed };
+
 struct HumanOptions {
   FieldOptions field;
   double box_margin = 0.1;              ///< metres between the canonical body and the field's box
@@ -16,8 +20,7 @@ struct HumanOptions {
   bool distance_prior = true;           ///< the signed distance to the body shifts the density
   bool bone_corrections = true;         ///< small corrections of every frame's bones
   bool error_correction = true;         ///< the paper's E
-  bool error_of_observed =
-      true;  ///< E reads the observed point, relative to the root; else the canonical one
+  ErrorInput error_input = ErrorInput::canonical;
   int error_layers = 4, error_width = 128;     ///< of E
   int error_frequencies = 6, error_codes = 8;  ///< octaves of E's input, numbers of a frame code
 };
