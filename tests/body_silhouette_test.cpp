@@ -3,16 +3,13 @@
 #include "io_helpers.hpp"
 #include "vivant/data/capture.hpp"
 #include "vivant/io/assets.hpp"
+#include "vivant/jobs/silhouette_scores.hpp"
 #include "vivant/jobs/synth.hpp"
 
 using namespace vivant;
 using Eigen::Vector3d;
 
 namespace {
-
-double overlap(const cv::Mat& a, const cv::Mat& b) {
-  return static_cast<double>(cv::countNonZero(a & b)) / cv::countNonZero(a | b);
-}
 
 /// A camera before the resting body, which faces it.
 Camera facing() {
@@ -41,7 +38,7 @@ TEST_CASE("body silhouette: it is the mask that synth draws of the same pose") {
           joint_transforms(capture.human->body, poses.pose[row], poses.translation[row]);
       const BodySilhouette silhouette =
           body_silhouette(capture.human->body, skin(capture.human->body, joints), capture.frames[i].camera);
-      CHECK(overlap(silhouette.mask, capture.mask(i)) > 0.97);
+      CHECK(silhouette_iou(silhouette.mask, capture.mask(i)) > 0.97);
     }
   }
 }

@@ -8,7 +8,7 @@ set(HOST_OPS elementwise linear pack_weights reduction registry)
 list(TRANSFORM HOST_OPS PREPEND src/ops/)
 list(TRANSFORM HOST_OPS APPEND .cpp)
 file(GLOB HOST_SOURCES CONFIGURE_DEPENDS src/io/*.cpp src/data/*.cpp src/graph/*.cpp src/runtime/*.cpp
-     src/jobs/config*.cpp src/jobs/run_folder.cpp src/jobs/spelling.cpp src/jobs/synth*.cpp src/jobs/toml_text.cpp)
+     src/jobs/config*.cpp src/jobs/run_folder.cpp src/jobs/silhouette_scores.cpp src/jobs/spelling.cpp src/jobs/synth*.cpp src/jobs/toml_text.cpp)
 add_executable(host_tests EXCLUDE_FROM_ALL ${HOST_TESTS} ${HOST_OPS} ${HOST_SOURCES} ${VIVANT_EMBEDDED_KERNELS})
 target_include_directories(host_tests PRIVATE include src tests)
 target_link_libraries(host_tests PRIVATE vivant_libraries doctest::doctest)

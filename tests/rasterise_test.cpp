@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 using namespace vivant;
 using Eigen::Vector3d;
@@ -44,4 +45,20 @@ TEST_CASE("rasterise: the nearest triangle is kept with its exact depth, in any 
   }
   CHECK(tilted_seen > 20);
   CHECK(flat_seen > 20);
+}
+
+TEST_CASE("rasterise: what a strong distortion folds back into the picture is not seen") {
+  Camera camera;
+  camera.width = 24;
+  camera.height = 18;
+  camera.fx = camera.fy = 20;
+  camera.cx = 12;
+  camera.cy = 9;
+  camera.k1 = -0.3;  // grows outwards up to x/z = 1.05 alone
+  const std::vector<Vector3d> vertices = {{-0.5, -0.5, 5}, {0.5, -0.5, 5}, {0, 0.5, 5},
+                                          {7, -0.5, 5},    {8, -0.5, 5},   {7.5, 1, 5}};
+  REQUIRE(camera.project(vertices[5]).x() < camera.width);
+  const Visibility seen = rasterise(camera, vertices, std::vector<Vector3i>{{0, 1, 2}, {3, 4, 5}});
+  CHECK(std::ranges::count(seen.triangle, 0) > 5);
+  CHECK(std::ranges::count(seen.triangle, 1) == 0);
 }

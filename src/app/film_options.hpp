@@ -14,7 +14,6 @@ CLI::Option* add_film(CLI::App& command, FilmOptions& film, std::filesystem::pat
 struct StyleTexts {
   std::vector<std::string> both, person, scene;
 
-  bool none() const { return both.empty() && person.empty() && scene.empty(); }
   /// To be called before the look is used.
   void apply(Look& look) const;
 };

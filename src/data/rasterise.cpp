@@ -25,10 +25,8 @@ std::pair<int, int> covered(std::initializer_list<double> coordinates, int count
 Vector3d in_picture(const Camera& camera, const Vector3d& vertex) {
   Vector3d place = camera.project(vertex);
   if (!camera.distorted() || place.z() <= nearest) return place;
-  const Vector3d seen =
-      camera.world_to_camera.topLeftCorner<3, 3>() * vertex + camera.world_to_camera.topRightCorner<3, 1>();
-  const Eigen::Vector2d direction = seen.head<2>() / seen.z();
-  if ((camera.undistort(place.head<2>()) - direction).norm() > 0.01 * (1 + direction.norm())) place.z() = 0;
+  const Ray back = camera.ray(place.head<2>());
+  if (((vertex - back.origin).normalized() - back.direction).norm() > 0.01) place.z() = 0;
   return place;
 }
 

@@ -17,18 +17,20 @@ namespace {
 struct Figure {
   const char *name, *title;  ///< in JSON, in the report
   bool high_is_worse;
+  bool names_limb;  ///< whether the value is that of MotionFrameScore::least_limb
   std::function<std::optional<double>(const MotionFrameScore&)> value;
 };
 
 const std::vector<Figure>& figures() {
   static const std::vector<Figure> all = {
-      {"silhouette_iou", "silhouette's IoU", false,
+      {"silhouette_iou", "silhouette's IoU", false, false,
        [](const MotionFrameScore& score) { return score.silhouette_iou; }},
-      {"least_limb", "least covered limb", false,
+      {"least_limb", "least covered limb", false, true,
        [](const MotionFrameScore& score) {
          return score.least_limb ? std::optional(score.least_limb->share) : std::nullopt;
        }},
-      {"detached", "detached pieces", true, [](const MotionFrameScore& score) { return score.detached; }}};
+      {"detached", "detached pieces", true, false,
+       [](const MotionFrameScore& score) { return score.detached; }}};
   return all;
 }
 
@@ -56,8 +58,7 @@ Summary summary_of(const Figure& figure, const std::vector<MotionFrameScore>& fr
 
 /// The limb that the least covered limb's figure is about; empty for the other figures.
 std::string limb_of(const Figure& figure, const MotionFrameScore& score) {
-  const bool names_it = figure.name == std::string("least_limb") && score.least_limb;
-  return names_it ? score.least_limb->limb : "";
+  return figure.names_limb && score.least_limb ? score.least_limb->limb : "";
 }
 
 }  // namespace

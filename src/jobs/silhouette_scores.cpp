@@ -5,6 +5,7 @@
 #include <vector>
 
 namespace vivant {
+
 double silhouette_iou(const cv::Mat& a, const cv::Mat& b) {
   return static_cast<double>(cv::countNonZero(a & b)) / std::max(1, cv::countNonZero(a | b));
 }

@@ -53,8 +53,8 @@ void stylise_pictures(Device& device, const StylisePicturesOptions& options, Pro
   load_stylizer(
       store, stylizer,
       read_safetensors(options.stylizer.empty() ? asset_path("stylizer.safetensors") : options.stylizer));
-  FrameStylizer::Options how{.tokens = options.tokens};
-  if (stylizer.options().mirrored) how.colour_match = 0;
+  FrameStylizer::Options how = FrameStylizer::Options::of(stylizer);
+  how.tokens = options.tokens;
   FrameStylizer painter(device, stylizer, vgg, size.height, size.width, how);
   Encoder encoder(device, vgg, size);
   make_folder(options.output);

@@ -53,9 +53,8 @@ void write_preview(const StylizerTraining& training, const std::filesystem::path
   for (const cv::Mat& style : styles) top.push_back(eight_bit(thumbnail(style)));
   cv::hconcat(top, rows.emplace_back());
 
-  FrameStylizer::Options options;
-  if (training.stylizer.options().mirrored) options.colour_match = 0;
-  FrameStylizer stylizer(training.device, training.stylizer, training.vgg, height, width, options);
+  FrameStylizer stylizer(training.device, training.stylizer, training.vgg, height, width,
+                         FrameStylizer::Options::of(training.stylizer));
   for (const cv::Mat& photograph : photographs) {
     const std::vector<float> features = features_of(training, photograph);
     const RenderedFrame frame{features, values_of(photograph)};

@@ -62,7 +62,7 @@ class SurfacePlaces {
   };
   Place draw(Dice& dice) const {
     const auto at = std::lower_bound(areas_.begin(), areas_.end(), dice.uniform() * areas_.back());
-    const Eigen::Vector3i& t = triangles_[std::min<std::size_t>(at - areas_.begin(), triangles_.size() - 1)];
+    const Eigen::Vector3i& t = triangles_[at - areas_.begin()];
     const double side = std::sqrt(dice.uniform()), along = dice.uniform();
     return {(1 - side) * vertices_[t[0]] + side * ((1 - along) * vertices_[t[1]] + along * vertices_[t[2]]),
             normal_of(t).normalized()};

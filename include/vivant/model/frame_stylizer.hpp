@@ -39,6 +39,13 @@ class FrameStylizer {
     int tile = 64;               ///< features a side, without the halo
     double colour_match = 0.6;   ///< how far colours are moved to the painting's; 0: not, as the paper
     std::int64_t tokens = 4096;  ///< of a style, at most
+
+    /// Those of the stylizer's form: AdaAttN's own go without the colour match.
+    static Options of(const Stylizer& stylizer) {
+      Options options;
+      if (stylizer.options().mirrored) options.colour_match = 0;
+      return options;
+    }
   };
 
   /// Device, stylizer and vgg must outlive it.
