@@ -26,7 +26,7 @@ inline void put3(Vector value, int i, GLOBAL REAL* x) {
 KERNEL void gather_samples(IN int* restrict records, IN int* restrict offsets, IN int* restrict frames,
                            IN REAL* restrict roots, IN int* restrict rays, IN REAL* restrict jitter,
                            IN int* restrict starts, GLOBAL REAL* restrict points, GLOBAL REAL* restrict directions,
-                           GLOBAL REAL* restrict root, GLOBAL REAL* restrict distance, GLOBAL int* restrict face,
+                           GLOBAL REAL* restrict normals, GLOBAL REAL* restrict root, GLOBAL REAL* restrict distance, GLOBAL int* restrict face,
                            GLOBAL REAL* restrict barycentric, GLOBAL int* restrict frame, GLOBAL int* restrict ids,
                            GLOBAL REAL* restrict depths, GLOBAL REAL* restrict deltas, REAL step, REAL no_depth,
                            int ray_count, int samples_per_ray) {
@@ -42,6 +42,7 @@ KERNEL void gather_samples(IN int* restrict records, IN int* restrict offsets, I
       const Vector point = (Vector)(bits_float(record[0]), bits_float(record[1]), bits_float(record[2]), 0);
       put3(point + shift * towards, i, points);
       put3(towards, i, directions);
+      put3(unpack_direction(record[8]), i, normals);
 #if HAS_ROOTS
       for (int axis = 0; axis < 3; ++axis) root[3 * i + axis] = roots[6 * ray + axis] + depth * roots[6 * ray + 3 + axis];
 #endif

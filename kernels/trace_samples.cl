@@ -6,7 +6,7 @@
 //
 //                 A sample at distance d has no kept one nearer than d - threshold, so the march jumps there. Kept
 //                 samples are noted as (step, triangle) in the ray's own places of `found` [R, S, 2].
-//   pack_records  one work-item per RAYS rays: exact foot point, sign and warp of each kept sample -> records [.., 8]
+//   pack_records  one work-item per RAYS rays: exact foot point, sign and warp of each kept sample -> records [.., 9]
 #include "affine.clh"
 #include "mesh_tree.clh"
 #include "sample_record.clh"
@@ -101,6 +101,8 @@ KERNEL void pack_records(IN REAL* restrict origins, IN REAL* restrict directions
       record[5] = pack_pair(foot.weight[1], foot.weight[2]);
       record[6] = float_bits(signed_distance(at, foot.point, normal));
       record[7] = k;
+      record[8] = pack_direction(foot.weight[0] * load3(normals, corner[0]) + foot.weight[1] * load3(normals, corner[1]) +
+                                 foot.weight[2] * load3(normals, corner[2]));
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "cases/bumpy_sphere.hpp"
 #include "io_helpers.hpp"
 #include "vivant/graph/executor.hpp"
 #include "vivant/io/assets.hpp"
@@ -138,10 +139,10 @@ TEST_CASE("human_sample_pool: samples of two frames lie on their rays and in the
   const Value ids = graph.constant({count}, std::span<const std::int32_t>(picked));
   const Value jitter = graph.constant({count, 1}, std::span<const double>(std::vector<double>(count, 0.75)));
   const HumanSamples samples = gather_samples(pool.table(graph), ids, jitter, pool.step(), most);
-  Executor executor(
-      device, graph,
-      {samples.points, samples.directions, samples.root, samples.signed_distance, samples.frame, samples.ids,
-       samples.depths, samples.points.count(), samples.overflow, samples.barycentric, samples.face});
+  Executor executor(device, graph,
+                    {samples.points, samples.directions, samples.root, samples.signed_distance, samples.frame,
+                     samples.ids, samples.depths, samples.points.count(), samples.overflow,
+                     samples.barycentric, samples.face, samples.normals});
   executor.run();
   CHECK(executor.read_ints(samples.overflow)[0] == 0);
   const int live = executor.read_ints(samples.points.count())[0];
@@ -150,13 +151,17 @@ TEST_CASE("human_sample_pool: samples of two frames lie on their rays and in the
   const auto points = executor.read_doubles(samples.points), roots = executor.read_doubles(samples.root);
   const auto directions = executor.read_doubles(samples.directions),
              weights = executor.read_doubles(samples.barycentric);
-  const auto depths = executor.read_doubles(samples.depths);
+  const auto depths = executor.read_doubles(samples.depths), normals = executor.read_doubles(samples.normals);
   const auto distances = executor.read_doubles(samples.signed_distance);
   const Box box = model.canonical_box();
   const auto canonical_transforms =
       joint_transforms(model.body(), canonical_pose(model.body()), Vector3d::Zero());
   int outside = 0, expected = 0;
-  double root_error = 0, distance_error = 0;
+  double root_error = 0, distance_error = 0, normal_error = 0;
+  std::vector<Vector3d> vertex_normals[2];
+  for (int frame = 0; frame < 2; ++frame)
+    vertex_normals[frame] =
+        cases::angle_weighted_normals(skin(model.body(), transforms[frame]), model.body().triangles);
   for (std::int32_t ray : picked) expected += pool.ray_sample_counts()[ray];
   CHECK(live == expected);
   for (int i = 0; i < live; ++i) {
@@ -174,8 +179,9 @@ TEST_CASE("human_sample_pool: samples of two frames lie on their rays and in the
     // The closest point on the posed body, from face and weights; jitter moved the sample by a quarter of a
     // step.
     const auto vertices_of_face = model.body().triangles[faces[i]];
-    Vector3d foot = Vector3d::Zero();
+    Vector3d foot = Vector3d::Zero(), normal = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
+      normal += weights[3 * i + k] * vertex_normals[frame][vertices_of_face[k]];
       RigidTransform blend = RigidTransform::Zero();
       for (int j = 0; j < model.body().influences; ++j) {
         const int at = vertices_of_face[k] * model.body().influences + j;
@@ -183,11 +189,13 @@ TEST_CASE("human_sample_pool: samples of two frames lie on their rays and in the
       }
       foot += weights[3 * i + k] * (blend * model.body().vertices[vertices_of_face[k]].homogeneous());
     }
+    normal_error = std::max(normal_error, (normal.normalized() - vector_at(normals, i)).norm());
     const Vector3d before = observed - 0.25 * options.step * from.direction;
     distance_error = std::max(distance_error, std::abs((before - foot).norm() - std::abs(distances[i])));
   }
   CHECK(root_error < 1e-5);
   CHECK(distance_error < 1e-5);
+  CHECK(normal_error < 1e-4);  // 16 bits
   CHECK(outside < live / 50);
 }
 

@@ -62,6 +62,7 @@ Plain render_plainly(Device& device, const HumanModel& model, const Camera& came
   const Value near = clamp(affine(distance, -1e6, 1e6 * threshold), 0, 1);  // 1 below the threshold, else 0
   const HumanSamples samples{.points = canonical.points,
                              .directions = canonical.directions,
+                             .normals = {},
                              .root = points_on_rays(slice(roots, 1, 0, 3), slice(roots, 1, 3, 3), depths),
                              .signed_distance = closest.signed_distance,
                              .face = closest.face,

@@ -58,6 +58,38 @@ Pose bent_pose(const Body& body) {
 
 }  // namespace
 
+namespace {
+
+/// The person and the camera before and after both are turned and shifted in the world.
+struct MovedViews {
+  PersonState state;
+  Camera camera;
+  PersonView before, after;
+
+  MovedViews(HumanRenderer& renderer, const Body& body, const HumanModel::CodeRow& codes)
+      : state{bent_pose(body), Vector3d(0.2, 0.1, -1), codes},
+        camera(camera_before(body.joints[0] + state.translation)),
+        before(renderer.render(camera, state)) {
+    const Eigen::Isometry3d move =
+        Eigen::Translation3d(1.5, -0.7, 2) * Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized());
+    const Vector3d root = body.joints[0] + state.translation;
+    state.pose[0] = axis_angle_from_rotation(move.linear() * rotation_from_axis_angle(state.pose[0]));
+    state.translation = move * root - body.joints[0];
+    camera.world_to_camera = camera.world_to_camera * move.inverse().matrix();
+    after = renderer.render(camera, state);
+    REQUIRE(after.window.width == before.window.width);
+  }
+};
+
+double largest_difference(const PersonView& a, const PersonView& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i)
+    worst = std::max(worst, std::abs(static_cast<double>(a.pixels[i]) - b.pixels[i]));
+  return worst;
+}
+
+}  // namespace
+
 TEST_CASE("human_model: moving the root and the camera together changes neither E nor the picture") {
   Device device;
   ParameterStore store;
@@ -68,29 +100,33 @@ TEST_CASE("human_model: moving the root and the camera together changes neither 
   shake(store, "human.error", 1);
   shake(store, "human.bone", 0.3);
   HumanRenderer renderer(device, model, {.step = 0.02, .tile_rays = 960});
-  const Body& body = model.body().body();
-  PersonState state{bent_pose(body), Vector3d(0.2, 0.1, -1), model.mixed_codes({{1, 1.0}})};
-  Camera camera = camera_before(body.joints[0] + state.translation);
-  const PersonView before = renderer.render(camera, state);
-  REQUIRE(*std::max_element(before.alpha.begin(), before.alpha.end()) > 0.5);
-
-  const Eigen::Isometry3d move =
-      Eigen::Translation3d(1.5, -0.7, 2) * Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized());
-  const Vector3d root = body.joints[0] + state.translation;
-  state.pose[0] = axis_angle_from_rotation(move.linear() * rotation_from_axis_angle(state.pose[0]));
-  state.translation = move * root - body.joints[0];
-  camera.world_to_camera = camera.world_to_camera * move.inverse().matrix();
-  const PersonView after = renderer.render(camera, state);
-  REQUIRE(after.window.width == before.window.width);
-  double worst = 0, without_error = 0;
-  for (std::size_t i = 0; i < before.pixels.size(); ++i)
-    worst = std::max(worst, std::abs(static_cast<double>(after.pixels[i]) - before.pixels[i]));
-  state.codes.error.assign(state.codes.error.size(), 0.0f);
-  const PersonView other = renderer.render(camera, state);
-  for (std::size_t i = 0; i < before.pixels.size(); ++i)
-    without_error = std::max(without_error, std::abs(static_cast<double>(other.pixels[i]) - after.pixels[i]));
+  MovedViews views(renderer, model.body().body(), model.mixed_codes({{1, 1.0}}));
+  REQUIRE(*std::max_element(views.before.alpha.begin(), views.before.alpha.end()) > 0.5);
+  const double worst = largest_difference(views.before, views.after);
+  views.state.codes.error.assign(views.state.codes.error.size(), 0.0f);
+  const PersonView other = renderer.render(views.camera, views.state);
   CHECK(worst < 0.02);
-  CHECK(without_error > 2 * worst);  // the frame's code is used at all
+  CHECK(largest_difference(other, views.after) > 2 * worst);  // the frame's code is used at all
+}
+
+TEST_CASE("human_model: light stays where it is when the person turns with the camera, with shading alone") {
+  Device device;
+  for (const bool shading : {false, true})
+    for (const bool view_direction : {false, true}) {
+      CAPTURE(shading);
+      CAPTURE(view_direction);
+      ParameterStore store;
+      HumanOptions options = small_options();
+      options.error_correction = options.bone_corrections = false;
+      options.field.shading = shading;
+      const HumanModel model(device, store, Initializer(1), options, asset_body(), 1);
+      store.allocate(device);
+      HumanRenderer renderer(device, model,
+                             {.step = 0.02, .tile_rays = 960, .view_direction = view_direction});
+      const MovedViews views(renderer, model.body().body(), model.mean_codes());
+      REQUIRE(*std::max_element(views.before.alpha.begin(), views.before.alpha.end()) > 0.5);
+      CHECK((largest_difference(views.before, views.after) > 0.05) == shading);
+    }
 }
 
 TEST_CASE("human_model: the picture is the same in a world with another unit, depths are in that unit") {
@@ -138,6 +174,7 @@ TEST_CASE("human_model: only codes of the frames in a batch get a gradient") {
   Graph graph;
   const HumanSamples samples{.points = graph.constant({rows, 3}, points),
                              .directions = {},
+                             .normals = {},
                              .root = graph.constant({rows, 3}, points),
                              .signed_distance = {},
                              .face = graph.constant({rows, 1}, std::span<const std::int32_t>(faces)),
@@ -185,6 +222,7 @@ TEST_CASE("human_model: a canonical E corrects a place of the body alike whereve
     const auto correction = [&](const std::vector<double>& root) {
       const HumanSamples samples{.points = graph.constant({rows, 3}, canonical),
                                  .directions = {},
+                                 .normals = {},
                                  .root = graph.constant({rows, 3}, root),
                                  .signed_distance = {},
                                  .face = {},

@@ -43,6 +43,7 @@ HumanOptions human_options(const Config& config) {
   options.field.unet_widths = human.unet_widths;
   options.field.position_frequencies = static_cast<int>(human.position_frequencies);
   options.field.direction_frequencies = static_cast<int>(human.direction_frequencies);
+  options.field.shading = human.shading;
   options.field.density_activation = activation_from(human.density);
   options.field.density_bias = 0;
   options.field.feature_hidden = config.features.hidden == "trained";

@@ -69,13 +69,13 @@ Field::Field(Device& device, ParameterStore& store, const Initializer& initializ
   };
   head("density", width, 1, {.scale = 0.5, .bias = options.density_bias});
   head("hidden", width, hidden_width, {});
-  const std::int64_t direction_width = 3 * (1 + 2 * options.direction_frequencies);
-  head("direction", direction_width, hidden_width, {.has_bias = false});
+  const std::int64_t facing_width = direction_width() + (options.shading ? 3 : 0);
+  head("direction", facing_width, hidden_width, {.has_bias = false});
   head("colour", hidden_width, 3, {.bias = 0.5});
   head("feature", hidden_width, feature_width, {});
   if (!options.feature_hidden) return;
   head("feature_hidden", width, hidden_width, {});
-  head("feature_direction", direction_width, hidden_width, {.has_bias = false});
+  head("feature_direction", facing_width, hidden_width, {.has_bias = false});
 }
 
 Value Field::plane_input(Graph& graph, std::int64_t size, int index) const {
@@ -138,13 +138,24 @@ const LinearLayer& Field::hidden_layer(Output output) const {
   return heads_[own_hidden(output) ? feature_hidden_head : hidden_head];
 }
 
-Value Field::direction_term(Graph& graph, Value directions, Value keep, Output output) const {
+std::int64_t Field::direction_width() const { return 3 * (1 + 2 * options_.direction_frequencies); }
+
+Value Field::direction_term(Graph& graph, const Facing& facing, Output output) const {
   const Value bias = hidden_layer(output).bias(graph);
-  if (options_.direction_frequencies == 0) return bias;
-  Value encoded = positional_encoding(directions, options_.direction_frequencies);
-  if (keep) encoded = multiply(encoded, keep);
   const LinearLayer& layer = heads_[own_hidden(output) ? feature_direction_head : direction_head];
-  return linear(encoded, layer.weight(graph), bias);
+  const bool views = facing.directions && options_.direction_frequencies > 0;
+  const bool normals = facing.normals && options_.shading;
+  if (!views && !normals) return bias;
+  Value weight = layer.weight(graph), encoded;
+  if (views) {
+    encoded = positional_encoding(facing.directions, options_.direction_frequencies);
+    if (facing.keep) encoded = multiply(encoded, facing.keep);
+  }
+  const std::int64_t width = direction_width();
+  if (!views || (options_.shading && !normals))
+    weight = views ? slice(weight, 0, 0, width) : slice(weight, 0, width, 3);
+  if (normals) encoded = views ? concat({encoded, facing.normals}) : facing.normals;
+  return linear(encoded, weight, bias);
 }
 
 Value Field::hidden(Graph& graph, Value features, Value direction_term, Output output) const {

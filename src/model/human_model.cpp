@@ -129,9 +129,8 @@ Value HumanModel::density(Graph& graph, Value features, Value signed_distance) c
   return activate(logit, options_.field.density_activation);
 }
 
-Value HumanModel::hidden(Graph& graph, Value features, Value directions, Value keep, Output output) const {
-  const Value term = directions ? field_.direction_term(graph, directions, keep, output) : Value{};
-  return field_.hidden(graph, features, term, output);
+Value HumanModel::hidden(Graph& graph, Value features, const Facing& facing, Output output) const {
+  return field_.hidden(graph, features, field_.direction_term(graph, facing, output), output);
 }
 
 HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSamples& samples,
@@ -145,7 +144,7 @@ HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSampl
   result.density = graph.reshape(
       scatter_rows(result.row_density, samples.ids, samples.depths.elements(), IdOrder::ascending),
       samples.depths.shape());
-  result.hidden = hidden(graph, field_features, samples.directions, keep, output);
+  result.hidden = hidden(graph, field_features, {samples.directions, keep, samples.normals}, output);
   return result;
 }
 

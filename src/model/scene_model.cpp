@@ -104,7 +104,7 @@ FieldSamples SceneModel::unqueried(const Placed& placed, Output output) {
 
 Value SceneModel::direction_term(Graph& graph, const Rays& rays, Output output) const {
   // Cameras are corrected by where things are seen, not by their gloss.
-  return field_.direction_term(graph, graph.detach(rays.directions), {}, output);
+  return field_.direction_term(graph, {graph.detach(rays.directions)}, output);
 }
 
 FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,

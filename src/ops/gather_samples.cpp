@@ -28,6 +28,7 @@ struct GatherSamples final : Op {
     const TensorType single{DType::i32, {1}};
     return {vectors,
             vectors,
+            vectors,
             in[3].shape.rank() > 0 ? vectors : TensorType{DType::real, {1, 3}},
             numbers,
             indices,
@@ -51,11 +52,11 @@ struct GatherSamples final : Op {
     launch.kernel("gather_samples.cl", "count_samples", defines)
         .args(rays, offsets, launch.workspace(0), count, samples_per_ray)
         .run({static_cast<std::size_t>(count), 1, 1}, {64, 1, 1});
-    scan_counts(launch, launch.workspace(0), launch.workspace(1), starts, launch.out(11), launch.out(10),
+    scan_counts(launch, launch.workspace(0), launch.workspace(1), starts, launch.out(12), launch.out(11),
                 count, capacity);
     auto call = launch.kernel("gather_samples.cl", "gather_samples", defines);
     call.args(launch.in(0), offsets, launch.in(2), launch.in(3), rays, launch.in(5), starts);
-    for (int i = 0; i < 10; ++i) call.args(launch.out(i));
+    for (int i = 0; i < 11; ++i) call.args(launch.out(i));
     call.args(step, no_sample_depth, count, samples_per_ray)
         .run({static_cast<std::size_t>((count + per_item - 1) / per_item), 1, 1},
              {launch.gpu() ? 64u : 1u, 1, 1});
@@ -68,7 +69,7 @@ struct GatherSamples final : Op {
 const RegisterOp register_gather_samples({
     .name = "gather_samples",
     .summary = "the traced samples of some rays as rows of tensors",
-    .inputs = {{"records", "[M, 8]", DType::i32},
+    .inputs = {{"records", "[M, 9]", DType::i32},
                {"offsets", "[R + 1, 1]", DType::i32},
                {"frames", "[R, 1]", DType::i32, true},
                {.name = "roots", .shape = "[R, 6]", .optional = true},
@@ -76,6 +77,7 @@ const RegisterOp register_gather_samples({
                {.name = "jitter", .shape = "[B, 1]", .optional = true}},
     .outputs = {{"points", "[N, 3]"},
                 {"directions", "[N, 3]"},
+                {"normals", "[N, 3]"},
                 {"signed_distance", "[N, 1]"},
                 {"face", "[N, 1]", DType::i32},
                 {"barycentric", "[N, 3]"},
@@ -92,8 +94,8 @@ const RegisterOp register_gather_samples({
       const HumanSamples s = gather_samples({in[0], in[1], in[2], in[3]}, in[4], in[5], a.number("step"),
                                             a.integer("samples_per_ray"), a.integer("capacity"));
       const Value ids = graph.with_count(graph.reshape(s.ids, {s.ids.elements(), 1}), s.points.count());
-      Values out = {s.points, s.directions, s.signed_distance, s.face,   s.barycentric,
-                    s.frame,  ids,          s.depths,          s.deltas, s.overflow};
+      Values out = {s.points, s.directions, s.normals, s.signed_distance, s.face,    s.barycentric,
+                    s.frame,  ids,          s.depths,  s.deltas,          s.overflow};
       if (s.root) out.push_back(s.root);
       return out;
     },
@@ -107,10 +109,10 @@ HumanSamples gather_samples(const SampleTable& table, Value rays, Value jitter, 
   if (capacity == 0) capacity = rays.elements() * samples_per_ray;
   const Values out = graph.record(std::make_shared<GatherSamples>(step, samples_per_ray, capacity),
                                   {table.records, table.offsets, table.frames, table.roots, rays, jitter});
-  const auto rows = [&](int i) { return graph.with_count(out[i], out[11]); };
-  return {
-      rows(0), rows(1), table.roots ? rows(2) : Value{}, rows(3), rows(4), rows(5), rows(6), out[7], out[8],
-      out[9],  out[10]};
+  const auto rows = [&](int i) { return graph.with_count(out[i], out[12]); };
+  return {rows(0), rows(1), rows(2), table.roots ? rows(3) : Value{},
+          rows(4), rows(5), rows(6), rows(7),
+          out[8],  out[9],  out[10], out[11]};
 }
 
 }  // namespace vivant

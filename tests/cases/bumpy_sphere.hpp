@@ -45,6 +45,21 @@ inline TriangleMesh bumpy_sphere(int subdivisions) {
   return mesh;
 }
 
+/// Unit normals of the vertices: those of their triangles, weighted by the angles there.
+inline std::vector<Eigen::Vector3d> angle_weighted_normals(std::span<const Eigen::Vector3d> vertices,
+                                                           std::span<const Eigen::Vector3i> triangles) {
+  std::vector<Eigen::Vector3d> normals(vertices.size(), Eigen::Vector3d::Zero());
+  for (const Eigen::Vector3i& t : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d next = vertices[t[(k + 1) % 3]] - vertices[t[k]],
+                            before = vertices[t[(k + 2) % 3]] - vertices[t[k]];
+      normals[t[k]] +=
+          std::acos(next.normalized().dot(before.normalized())) * next.cross(before).normalized();
+    }
+  for (Eigen::Vector3d& normal : normals) normal.normalize();
+  return normals;
+}
+
 /// The closest point of a triangle, from the definition: the foot on the plane when it lies inside, else the
 /// closest of the three edges' closest points.
 inline Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& query, const Eigen::Vector3d& a,

@@ -22,17 +22,20 @@ std::vector<HostTensor> inputs(const Variation& v, Random& random) {
   const std::int64_t rays = v.sizes[0], picked = v.sizes[2];
   HostTensor records = fixed_tensor(DType::i32, {}), offsets = fixed_tensor(DType::i32, {rays + 1, 1});
   offsets.data = {0};
+  const auto packed_direction = [&] {
+    const double high = static_cast<double>(random.integer(65536)) - 32768;  // with the sign
+    return 65536 * high + static_cast<double>(random.integer(65536));
+  };
   for (std::int64_t r = 0; r < rays; ++r) {
     const std::int64_t count = rays == 1 ? v.sizes[1] : random.integer(v.sizes[1] + 1);
     for (std::int64_t k = 0; k < count; ++k) {
       for (int axis = 0; axis < 3; ++axis) records.data.push_back(float_bits(random.uniform(-2, 2)));
-      const double high =
-          static_cast<double>(random.integer(65536)) - 32768;  // the upper 16 bits with the sign
-      records.data.push_back(65536 * high + static_cast<double>(random.integer(65536)));
+      records.data.push_back(packed_direction());
       records.data.push_back(static_cast<double>(random.integer(13000)));
       records.data.push_back(static_cast<double>(65536 * random.integer(20000) + random.integer(30000)));
       records.data.push_back(float_bits(random.uniform(-0.1, 0.1)));
       records.data.push_back(static_cast<double>(3 * k + random.integer(3)));
+      records.data.push_back(packed_direction());
     }
     offsets.data.push_back(offsets.data.back() + static_cast<double>(count));
   }
@@ -62,8 +65,8 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
   const std::int64_t picked = v.sizes[2], most = v.attributes.at("samples_per_ray");
   const std::int64_t given = v.attributes.value("capacity", 0), capacity = given > 0 ? given : picked * most;
   const double step = v.attributes.at("step");
-  HostTensor points = fixed_tensor(DType::real, {capacity, 3}), directions = points, root = points,
-             barycentric = points;
+  HostTensor points = fixed_tensor(DType::real, {capacity, 3}), directions = points, normals = points,
+             root = points, barycentric = points;
   HostTensor distance = fixed_tensor(DType::real, {capacity, 1}),
              face = fixed_tensor(DType::i32, {capacity, 1}), frame = face;
   HostTensor ids = fixed_tensor(DType::i32, {capacity, 1}), overflow = fixed_tensor(DType::i32, {1});
@@ -77,10 +80,12 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
         overflow.data = {1};
         break;
       }
-      const double* record = in[0].data.data() + 8 * static_cast<std::int64_t>(in[1].data[ray] + s);
+      const double* record =
+          in[0].data.data() + sample_record_words * static_cast<std::int64_t>(in[1].data[ray] + s);
       const double depth = (record[7] + 0.5) * step + shift;
       const auto [second, third] = pair_of(record[5]);
       append(directions, direction_of(record[3]));
+      append(normals, direction_of(record[8]));
       append(points, Vector3d(bits_float(record[0]), bits_float(record[1]), bits_float(record[2])) +
                          shift * direction_of(record[3]));
       append(barycentric, {1 - second - third, second, third});
@@ -96,8 +101,8 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
     depths.data.resize((b + 1) * most, no_sample_depth);
     deltas.data.resize((b + 1) * most, 0);
   }
-  std::vector<HostTensor> out = {points, directions, distance, face,   barycentric,
-                                 frame,  ids,        depths,   deltas, overflow};
+  std::vector<HostTensor> out = {points, directions, normals, distance, face,    barycentric,
+                                 frame,  ids,        depths,  deltas,   overflow};
   if (!in[3].absent) out.push_back(root);
   return out;
 }
@@ -114,7 +119,7 @@ const Register register_gather_samples(OpCase{
     .benchmark = {{65536, 48, 16384, 1, 1}, {{"step", 0.0075}, {"samples_per_ray", 48}}},
     .bytes =
         [](const Variation& v) {
-          return 4.0 * (8 + 16) * 0.5 * static_cast<double>(v.sizes[2] * v.sizes[1]);
+          return 4.0 * (9 + 19) * 0.5 * static_cast<double>(v.sizes[2] * v.sizes[1]);
         },
 });
 

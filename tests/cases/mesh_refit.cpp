@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "cases/bumpy_sphere.hpp"
 #include "cases/op_case.hpp"
 #include "vivant/ops/closest_point.hpp"
 
@@ -64,20 +65,14 @@ void write_bounds(std::vector<Eigen::AlignedBox3d> boxes, HostTensor& bounds) {
 }
 
 HostTensor normals_of(const HostTensor& vertices, const HostTensor& triangles) {
-  std::vector<Vector3d> sums(vertices.data.size() / 3, Vector3d::Zero());
+  std::vector<Vector3d> corners;
+  std::vector<Eigen::Vector3i> faces;
+  for (std::size_t v = 0; v < vertices.data.size(); v += 3) corners.emplace_back(vertices.data.data() + v);
   for (std::size_t t = 0; t < triangles.data.size(); t += 3)
-    for (int k = 0; k < 3; ++k) {
-      const double here = triangles.data[t + k];
-      const Vector3d next = vertex(vertices, triangles.data[t + (k + 1) % 3]) - vertex(vertices, here),
-                     before = vertex(vertices, triangles.data[t + (k + 2) % 3]) - vertex(vertices, here);
-      const double angle = std::acos(next.normalized().dot(before.normalized()));
-      sums[static_cast<std::size_t>(here)] += angle * next.cross(before).normalized();
-    }
+    faces.push_back(Vector3d(triangles.data.data() + t).cast<int>());
   HostTensor normals = fixed_tensor(DType::real, vertices.shape);
-  for (const Vector3d& sum : sums) {
-    const Vector3d normal = sum.normalized();
+  for (const Vector3d& normal : angle_weighted_normals(corners, faces))
     normals.data.insert(normals.data.end(), {normal.x(), normal.y(), normal.z()});
-  }
   return normals;
 }
 

@@ -31,6 +31,7 @@ struct FieldOptions {
   std::vector<std::int64_t> unet_widths = {32, 64, 128, 256};
   int position_frequencies = 6;   ///< L of gamma_v
   int direction_frequencies = 4;  ///< L of gamma_d; 0: no view dependence
+  bool shading = false;           ///< hidden units depend on the way that the surface faces, see Facing
   Activation density_activation = Activation::truncated_exp;
   double density_bias = -1.5;
   int mlp_layers = 8, mlp_width = 256;  ///< for Encoding::mlp
@@ -53,6 +54,13 @@ enum class Output {
   colour,   ///< [R, 3]
   feature,  ///< [R, 256], in the space of VGG-19's relu3_1
   hidden    ///< [R, 129] of a field: the units of features and alpha, in which features are linear
+};
+
+/// What the hidden units depend on beside a point's features; all of it may be absent. R rays or points.
+struct Facing {
+  Value directions;    ///< [R, 3] of the views
+  Value keep = {};     ///< [R, 1] multiplied with the encoded directions: 0 drops a direction
+  Value normals = {};  ///< [R, 3] of the surface as it is observed, for FieldOptions::shading
 };
 
 /// A radiance field on geometry-guided tri-planes: points in [-1, 1]^3 to density and
@@ -84,11 +92,10 @@ class Field {
   Value density(Graph& graph, Value features) const {
     return activate(density_logit(graph, features), options_.density_activation);
   }
-  /// The term of the hidden layer that depends on the direction: directions [R, 3] -> [R, 128]. For all
-  /// samples of a ray.
-  /// `keep` [R, 1] is multiplied with the encoded directions: 0 drops a direction.
+  /// The term of the hidden layer that depends on the direction: [R, 128], the bias alone [128] when nothing
+  /// is given. For all samples of a ray.
   /// `output`, here and below: what the hidden units are for, which says whose layer is used.
-  Value direction_term(Graph& graph, Value directions, Value keep = {}, Output output = Output::colour) const;
+  Value direction_term(Graph& graph, const Facing& facing, Output output = Output::colour) const;
   /// relu(features W + term): [N, 128]; row g of the term [G, 128] serves N / G neighbouring rows. Absent:
   /// the bias alone.
   Value hidden(Graph& graph, Value features, Value direction_term, Output output = Output::colour) const;
@@ -103,6 +110,8 @@ class Field {
   const std::string& name() const { return name_; }
 
  private:
+  /// Columns of the encoded directions of views.
+  std::int64_t direction_width() const;
   bool own_hidden(Output output) const { return options_.feature_hidden && output != Output::colour; }
   const LinearLayer& hidden_layer(Output output) const;
   /// The sum of all scales. Coarse scales learn what fine ones see too seldom. (Planes below each other are

@@ -63,12 +63,10 @@ class HumanModel {
   Value features(Graph& graph, Value planes, Value canonical) const;
   /// Density per metre [N, 1]. The prior adds 2 clamp(-signed_distance / 3 cm, -3, 1) before the activation.
   Value density(Graph& graph, Value features, Value signed_distance) const;
-  /// Hidden units [N, 128] for `output`. `keep` [N, 1] is multiplied with the encoded directions, so that 0
-  /// drops them; both may be absent.
-  Value hidden(Graph& graph, Value features, Value directions, Value keep = {},
-               Output output = Output::colour) const;
+  /// Hidden units [N, 128] for `output`.
+  Value hidden(Graph& graph, Value features, const Facing& facing, Output output = Output::colour) const;
 
-  /// All of these for samples on rays.
+  /// All of these for samples on rays. `keep` [N, 1]: see Facing.
   HumanFieldSamples query(Graph& graph, Value planes, const HumanSamples& samples, const FrameCodes& codes,
                           Value fade, Value keep = {}, Output output = Output::colour) const;
 

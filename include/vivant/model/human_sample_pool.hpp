@@ -14,7 +14,7 @@ struct PoolOptions {
   double threshold = 0.08;              ///< metres: samples farther from the posed body are left out
   std::int64_t samples_per_ray = 128;   ///< the most of one ray
   std::int64_t rays_per_batch = 16384;  ///< rays that are traced at a time
-  /// The most memory of the records, 32 bytes a sample; at most what the device allows for one buffer.
+  /// The most memory of the records, 36 bytes a sample; at most what the device allows for one buffer.
   std::uint64_t largest_bytes = std::uint64_t{3} << 29;
 };
 

@@ -5,8 +5,8 @@ namespace vivant {
 
 /// Words of one sample's record: canonical point (3 floats), canonical direction (octahedral, 2 x 16 bits),
 /// triangle, barycentric weights of its second and third corner (2 x 16 bits), signed distance (float), index
-/// of its step.
-constexpr std::int64_t sample_record_words = 8;
+/// of its step, observed normal (octahedral).
+constexpr std::int64_t sample_record_words = 9;
 
 /// The depth of the places of a ray that hold no sample.
 constexpr double no_sample_depth = 1e4;
@@ -20,7 +20,7 @@ struct TraceOptions {
 
 /// The samples of many rays near a posed body, compact, in the order of the rays and of depth.
 struct TracedSamples {
-  Value records;   ///< i32 [capacity, 8], with a count of live rows
+  Value records;   ///< i32 [capacity, 9], with a count of live rows
   Value offsets;   ///< i32 [R + 1, 1]: ray r has the records [offsets[r], offsets[r + 1])
   Value overflow;  ///< i32 [1]: 1 when samples did not fit into the capacity
 };
@@ -39,7 +39,7 @@ Value root_rays(Value origins, Value directions, Value transforms, const Eigen::
 
 /// Traced samples of rays of one frame or many.
 struct SampleTable {
-  Value records;  ///< i32 [M, 8]
+  Value records;  ///< i32 [M, 9]
   Value offsets;  ///< i32 [R + 1, 1]
   Value frames;   ///< i32 [R, 1] frame of each ray; absent: 0
   Value roots;  ///< [R, 6] origin and direction of each ray in the frame of the posed root joint; absent: no
@@ -50,6 +50,7 @@ struct SampleTable {
 struct HumanSamples {
   Value points;      ///< [N, 3] canonical, metres
   Value directions;  ///< [N, 3] canonical, unit length
+  Value normals;     ///< [N, 3] of the posed body at the closest point, smooth over its edges, unit length
   Value root;        ///< [N, 3] observed point in the frame of the posed root joint; absent without roots
   Value signed_distance;  ///< [N, 1] metres to the posed body
   Value face;             ///< i32 [N, 1] triangle of the closest point
