@@ -165,3 +165,25 @@ TEST_CASE("corrections: a camera that was turned and a frame that was exposed le
   CHECK(left < 0.4 * turn.norm());
   CHECK(std::abs(gain - 0.8) < 0.1);
 }
+
+TEST_CASE(
+    "corrections: poses are corrected unless the capture says that they are exact, or as is asked for") {
+  struct Case {
+    const char* setting;
+    bool exact, learned;
+  };
+  for (const Case& one :
+       {Case{"auto", false, true}, {"auto", true, false}, {"learned", true, true}, {"none", false, false}}) {
+    CAPTURE(one.setting);
+    CAPTURE(one.exact);
+    Capture capture = small_capture();
+    capture.human->exact = one.exact;
+    const Config config =
+        load_config("demo", std::nullopt, {fmt::format("human.corrections={}", one.setting)});
+    const CaptureModel model(test_device(), config, capture);
+    const HumanOptions& options = model.human()->options();
+    CHECK(options.bone_corrections == one.learned);
+    CHECK(options.error_correction == one.learned);
+  }
+  CHECK(small_capture().human->exact);  // vivant synth says so of what it makes
+}

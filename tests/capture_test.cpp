@@ -69,6 +69,7 @@ TEST_CASE("capture: a small example loads with its person, masks and defaults") 
   CHECK(camera.cy == 6);
   CHECK((camera.centre() - Vector3d(0.3, 1, 6)).norm() < 1e-12);
   REQUIRE(capture.human.has_value());
+  CHECK_FALSE(capture.human->exact);
   CHECK(capture.frames[3].body_frame == 3);
   CHECK(cv::norm(capture.image(3), gradient(16, 12), cv::NORM_INF) == 0);
   CHECK(cv::countNonZero(capture.mask(3)) == 35);
@@ -145,6 +146,7 @@ TEST_CASE("capture: every bad input gives one clear line") {
   expect("'body_frame' is 10", [](json& j) { j["frames"][9]["body_frame"] = 10; });
   expect("frame 7: no 'body_frame'", [](json& j) { j["frames"][7].erase("body_frame"); });
   expect("must have 'poses'", [](json& j) { j["human"].erase("poses"); });
+  expect("'exact' must be true or false", [](json& j) { j["human"]["exact"] = 1; });
   expect("none.safetensors' does not exist", [](json& j) { j["human"]["body"] = "none.safetensors"; });
   expect("names 'images/77.png'", [](json& j) { j["splits"] = {{"test", {"images/77.png"}}}; });
   expect("'splits' must be", [](json& j) { j["splits"] = {{"train", json::array()}}; });
@@ -193,6 +195,7 @@ TEST_CASE("capture: written and read again it is the same; a run can be moved") 
   json whole = write_example(folder);
   whole["k1"] = 0.05;
   whole["frames"][2]["fl_x"] = 21.5;
+  whole["human"]["exact"] = true;
   whole["frames"][7].erase("human_mask_path");
   write_file(folder / "transforms.json", whole.dump());
   Capture capture = load_capture(folder.path());
@@ -220,6 +223,7 @@ TEST_CASE("capture: written and read again it is the same; a run can be moved") 
   CHECK(copy.points.positions == capture.points.positions);
   CHECK(copy.human->body.vertices == capture.human->body.vertices);
   CHECK(copy.human->poses.pose == capture.human->poses.pose);
+  CHECK(copy.human->exact);
   // The pictures themselves stay behind: only reading one asks for them.
   std::filesystem::remove_all(folder / "images");
   const Capture alone = load_capture(folder / "moved/capture", PictureCheck::when_read);

@@ -12,11 +12,12 @@ using namespace vivant;
 namespace {
 
 Config small_config() {
-  return load_config("demo", std::nullopt,
-                     {"human.planes=full", "human.plane_size=32", "human.unet_widths=[16, 32, 64]",
-                      "human.rays=512", "human.batches_per_step=1", "human.steps=500", "human.box_points=128",
-                      "human.warmup_steps=5", "human.edge_weight=0.02", "human.correction_start=0",
-                      "human.sample_step=0.03", "scene.plane_size=16", "scene.unet_widths=[16, 32]"});
+  return load_config(
+      "demo", std::nullopt,
+      {"human.planes=full", "human.plane_size=32", "human.unet_widths=[16, 32, 64]", "human.rays=512",
+       "human.batches_per_step=1", "human.steps=500", "human.box_points=128", "human.warmup_steps=5",
+       "human.edge_weight=0.02", "human.correction_start=0", "human.sample_step=0.03",
+       "human.corrections=learned", "scene.plane_size=16", "scene.unet_widths=[16, 32]"});
 }
 
 /// The training frames without the person: the mask's pixels are filled from around.

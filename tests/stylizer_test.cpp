@@ -219,6 +219,12 @@ TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with
   const std::vector<float> got = quick.stylise(frame, 1);
   CHECK(largest_difference(got, plain) < 1e-4);
   CHECK(largest_difference(got, {rgb.begin(), rgb.end()}) > 0.2);
+  // Features that are moved twice as far are where they were at half the strength.
+  FrameStylizer further(f.device, f.stylizer, f.vgg, 64, 80,
+                        {.tile = 9, .feature_match = 2, .colour_match = 0, .tokens = 12 * 16});
+  further.set_style(style, further.measure({&frame, 1}), {&frame, 1});
+  CHECK(largest_difference(further.stylise(frame, 0.5), got) < 1e-5);
+  CHECK(largest_difference(further.stylise(frame, 1), got) > 0.05);
 }
 
 TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colours of a painting") {

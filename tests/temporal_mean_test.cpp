@@ -99,3 +99,22 @@ TEST_CASE("temporal mean: of several flows the one that finds the colours again,
   CHECK(seen > 0.7 * (width - 16) * (height - 16));
   CHECK(right > 0.95 * seen);
 }
+
+TEST_CASE("temporal mean: detail that the mean took comes back, in its own place and no more") {
+  const cv::Mat painted = moving(1);
+  cv::Mat soft;
+  cv::GaussianBlur(painted, soft, {}, 0.6);
+  const cv::Mat sharp = with_detail_of(painted, soft);
+  const auto detail = [](const cv::Mat& picture) {
+    cv::Mat coarse;
+    cv::GaussianBlur(picture, coarse, {}, 1);
+    return cv::Mat(picture - coarse);
+  };
+  CHECK(cv::norm(detail(soft)) < 0.9 * cv::norm(detail(painted)));
+  CHECK(std::abs(cv::norm(detail(sharp)) / cv::norm(detail(painted)) - 1) < 0.05);
+  CHECK(cv::norm(sharp, painted) < 0.9 * cv::norm(soft, painted));
+  // A picture that is like its neighbours stays as it is, and one colour alone does.
+  CHECK(cv::norm(with_detail_of(painted, painted), painted, cv::NORM_INF) < 1e-6);
+  const cv::Mat grey(painted.size(), CV_32FC3, cv::Scalar::all(0.5));
+  CHECK(cv::norm(with_detail_of(painted, grey), grey, cv::NORM_INF) < 1e-6);
+}

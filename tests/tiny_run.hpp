@@ -30,11 +30,20 @@ inline std::filesystem::path make_tiny_run(Device& device, const std::filesystem
   TrainOptions train_options;
   train_options.capture = synth.output;
   train_options.run = folder / "run";
-  std::vector<std::string> all = {"scene.steps=1",           "human.steps=1",          "scene.plane_size=16",
-                                  "scene.unet_widths=[16]",  "scene.rays=64",          "scene.samples=16",
-                                  "human.plane_size=16",     "human.unet_widths=[16]", "human.rays=64",
-                                  "human.samples=16",        "features.steps=0",       "style.steps=0",
-                                  "training.preview_every=0"};
+  std::vector<std::string> all = {"scene.steps=1",
+                                  "human.steps=1",
+                                  "scene.plane_size=16",
+                                  "scene.unet_widths=[16]",
+                                  "scene.rays=64",
+                                  "scene.samples=16",
+                                  "human.plane_size=16",
+                                  "human.unet_widths=[16]",
+                                  "human.rays=64",
+                                  "human.samples=16",
+                                  "features.steps=0",
+                                  "style.steps=0",
+                                  "training.preview_every=0",
+                                  "human.corrections=learned"};
   all.insert(all.end(), settings.begin(), settings.end());
   train_options.config = load_config("demo", {}, all);
   Progress progress(ProgressMode::none, false);

@@ -38,6 +38,13 @@ std::optional<int> Fields::size(const char* key) const {
   return static_cast<int>(*value);
 }
 
+std::optional<bool> Fields::flag(const char* key) const {
+  const json* value = find(key);
+  if (value == nullptr) return std::nullopt;
+  if (!value->is_boolean()) fail("{}: '{}' must be true or false", where_, key);
+  return value->get<bool>();
+}
+
 std::optional<std::string> Fields::text(const char* key) const {
   const json* value = find(key);
   if (value == nullptr) return std::nullopt;

@@ -23,6 +23,8 @@ class Fields {
   std::optional<double> number(const char* key) const;
   /// A positive whole number of pixels.
   std::optional<int> size(const char* key) const;
+  /// true or false.
+  std::optional<bool> flag(const char* key) const;
   /// A text that is not empty.
   std::optional<std::string> text(const char* key) const;
 

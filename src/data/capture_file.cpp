@@ -80,6 +80,7 @@ void read_human(const json& whole, const std::string& file, const fs::path& fold
          human.poses.shape.size(), human.body.shape_dirs.size());
   }
   human.poses.fps = capture.fps;
+  human.exact = fields.flag("exact").value_or(false);
   capture.human = std::move(human);
 }
 

@@ -38,6 +38,7 @@ void write_capture(const Capture& capture, const fs::path& folder) {
     save_body(folder / "body.safetensors", capture.human->body);
     save_poses(folder / "poses.safetensors", capture.human->poses);
     whole["human"] = {{"body", "body.safetensors"}, {"poses", "poses.safetensors"}};
+    if (capture.human->exact) whole["human"]["exact"] = true;
   }
   if (!capture.points.positions.empty()) {
     write_ply(folder / "points.ply", capture.points);

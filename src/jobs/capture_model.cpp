@@ -31,7 +31,7 @@ FieldOptions scene_field_options(const Config& config, const SceneSpace& space) 
   return options;
 }
 
-HumanOptions human_options(const Config& config) {
+HumanOptions human_options(const Config& config, bool exact_poses) {
   const auto& human = config.human;
   HumanOptions options;
   options.field.encoding = encoding_from(human.planes);
@@ -49,8 +49,9 @@ HumanOptions human_options(const Config& config) {
   options.field.feature_hidden = config.features.hidden == "trained";
   options.box_margin = human.box_margin;
   options.distance_prior = human.distance_prior;
-  options.bone_corrections = human.bone_corrections;
-  options.error_correction = human.error_correction;
+  const bool corrections = human.corrections == "learned" || (human.corrections == "auto" && !exact_poses);
+  options.bone_corrections = corrections && human.bone_corrections;
+  options.error_correction = corrections && human.error_correction;
   options.error_input = human.error_input == "observed" ? ErrorInput::observed : ErrorInput::canonical;
   options.error_layers = static_cast<int>(human.error_layers);
   options.error_width = static_cast<int>(human.error_width);
@@ -88,9 +89,9 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
   if (config.scene.exposure_rate > 0)
     exposures_ = std::make_unique<ExposureCorrection>(store_, training_frames);
   if (capture.human)
-    human_ = std::make_unique<HumanModel>(device, store_, initializer, human_options(config),
-                                          shaped(capture.human->body, capture.human->poses.shape),
-                                          training_frames);
+    human_ = std::make_unique<HumanModel>(
+        device, store_, initializer, human_options(config, capture.human->exact),
+        shaped(capture.human->body, capture.human->poses.shape), training_frames);
   stylizer_ = std::make_unique<Stylizer>(store_, initializer, stylizer_options(config), group_style);
   content_norm_ = std::make_unique<RunningContentNorm>(store_);
   store_.allocate(device);

@@ -190,6 +190,7 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"human.variation_weight", "0"},
                                     {"human.error_input", "observed"},
                                     {"human.shading", "false"},
+                                    {"human.corrections", "learned"},
                                     {"scene.weight_threshold", "0"}})
     if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));
   return parse_config("", text, source, settings);

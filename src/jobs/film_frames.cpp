@@ -108,7 +108,8 @@ LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
   forget_all_but(shot - Film::reach, shot + Film::reach);
   const LayerFrame& plain = entry(shot).frame;
   const cv::Mat alone = colours_of(painted(shot, look), plain), person = surface(shot).person;
-  cv::Mat mean = looks_[look].strength > 0 ? temporal_mean(alone, neighbours(shot, look)) : alone;
+  cv::Mat mean =
+      looks_[look].strength > 0 ? with_detail_of(alone, temporal_mean(alone, neighbours(shot, look))) : alone;
   if (looks_[look].layered() && !person.empty())
     for (const bool of_person : {true, false})
       if ((of_person ? looks_[look].person : looks_[look].scene).empty())

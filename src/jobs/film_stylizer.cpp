@@ -8,9 +8,10 @@
 namespace vivant {
 namespace {
 
-/// How far colours are moved to the painting's: further than for single pictures, because the mean over
-/// frames (film_frames.hpp) takes contrast from the strokes, which style scores count.
-constexpr double film_colour_match = 0.8;
+/// How far features and colours are moved to the painting's: further than for single pictures, because
+/// rendered features are smoother than a picture's, and the mean over frames (film_frames.hpp) takes contrast
+/// from the strokes, which style scores count.
+constexpr double film_feature_match = 1.5, film_colour_match = 0.8;
 
 /// Colours as the stylizer sees them: the person alone stands before grey.
 std::vector<float> seen_colours(const LayerFrame& frame) {
@@ -73,7 +74,9 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       for (const StyleShare& share : mixture) pictures.push_back({read_image(share.picture), share.weight});
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
-          FrameStylizer::Options{.colour_match = film_colour_match, .tokens = scene.config.style.tokens});
+          FrameStylizer::Options{.feature_match = film_feature_match,
+                                 .colour_match = film_colour_match,
+                                 .tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read(), views);
       state_->painters.push_back({mixture, std::move(stylizer)});
     }

@@ -131,7 +131,7 @@ class Film {
     Capture capture;
     capture.source = folder / "transforms.json";
     capture.fps = kFramesPerSecond;
-    capture.human = CaptureHuman{body_, motion};
+    capture.human = CaptureHuman{.body = body_, .poses = motion, .exact = true};
     capture.scene_box = room_.box();
     capture.scene_box_given = true;
     make_folder(folder / "images");

@@ -76,4 +76,17 @@ cv::Mat temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>& neig
   return sum;
 }
 
+cv::Mat with_detail_of(const cv::Mat& picture, const cv::Mat& mean) {
+  cv::Mat result = mean.clone();
+  for (const double scale : {3.0, 1.0, 0.5}) {
+    cv::Mat coarse, coarse_picture;
+    cv::GaussianBlur(result, coarse, {}, scale);
+    cv::GaussianBlur(picture, coarse_picture, {}, scale);
+    const double now = cv::norm(result, coarse), aim = cv::norm(picture, coarse_picture);
+    const double gain = now > 0 ? std::min(most_detail, aim / now) : 1;
+    result = coarse + gain * (result - coarse);
+  }
+  return result;
+}
+
 }  // namespace vivant

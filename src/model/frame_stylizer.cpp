@@ -286,7 +286,7 @@ ContentNorm FrameStylizer::State::measure(std::span<const RenderedFrame> frames)
 
 std::vector<float> FrameStylizer::State::stylise(const RenderedFrame& frame, double strength) {
   look_at(frame);
-  tile_executor->set(strength_value, strength);
+  tile_executor->set(strength_value, options.feature_match * strength);
   std::vector<float> result(height * width * 3);
   const auto rectangle = [](std::int64_t top, std::int64_t left, std::int64_t rows, std::int64_t columns) {
     return cv::Rect(static_cast<int>(left), static_cast<int>(top), static_cast<int>(columns),

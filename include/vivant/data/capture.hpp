@@ -46,8 +46,9 @@ struct CaptureFrame {
 
 /// The person of a capture.
 struct CaptureHuman {
-  Body body;     ///< as the file holds it; shaped(body, poses.shape) is the person's own
-  Motion poses;  ///< in the world of the cameras, metres
+  Body body;           ///< as the file holds it; shaped(body, poses.shape) is the person's own
+  Motion poses;        ///< in the world of the cameras, metres
+  bool exact = false;  ///< the poses are true, as of motion capture, and not fitted to the pictures
 };
 
 /// A video or a set of photographs with cameras, and a person when `human` is set. docs/capture-format.md.
