@@ -26,7 +26,8 @@ inline void put3(Vector value, int i, GLOBAL REAL* x) {
 KERNEL void gather_samples(IN int* restrict records, IN int* restrict offsets, IN int* restrict frames,
                            IN REAL* restrict roots, IN int* restrict rays, IN REAL* restrict jitter,
                            IN int* restrict starts, GLOBAL REAL* restrict points, GLOBAL REAL* restrict directions,
-                           GLOBAL REAL* restrict normals, GLOBAL REAL* restrict root, GLOBAL REAL* restrict distance, GLOBAL int* restrict face,
+                           GLOBAL REAL* restrict normals, GLOBAL REAL* restrict root,
+                           GLOBAL REAL* restrict distance, GLOBAL int* restrict face,
                            GLOBAL REAL* restrict barycentric, GLOBAL int* restrict frame, GLOBAL int* restrict ids,
                            GLOBAL REAL* restrict depths, GLOBAL REAL* restrict deltas, REAL step, REAL no_depth,
                            int ray_count, int samples_per_ray) {

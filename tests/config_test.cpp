@@ -53,6 +53,8 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK(config.human.plane_scales == 1);
   CHECK(config.human.variation_weight == 0);
   CHECK(config.human.error_input == "observed");
+  CHECK_FALSE(config.human.shading);
+  CHECK(config.human.corrections == "learned");
   CHECK(config.scene.plane_scales == 3);
   CHECK(parse_run_config("[scene]\nplane_size = 96\n", "config.toml").scene.plane_scales == 1);
   const Config today = preset_config("demo");

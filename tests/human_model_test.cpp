@@ -56,22 +56,18 @@ Pose bent_pose(const Body& body) {
   return pose;
 }
 
-}  // namespace
-
-namespace {
-
 /// The person and the camera before and after both are turned and shifted in the world.
 struct MovedViews {
   PersonState state;
   Camera camera;
+  const Eigen::Isometry3d move =
+      Eigen::Translation3d(1.5, -0.7, 2) * Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized());
   PersonView before, after;
 
   MovedViews(HumanRenderer& renderer, const Body& body, const HumanModel::CodeRow& codes)
       : state{bent_pose(body), Vector3d(0.2, 0.1, -1), codes},
         camera(camera_before(body.joints[0] + state.translation)),
         before(renderer.render(camera, state)) {
-    const Eigen::Isometry3d move =
-        Eigen::Translation3d(1.5, -0.7, 2) * Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized());
     const Vector3d root = body.joints[0] + state.translation;
     state.pose[0] = axis_angle_from_rotation(move.linear() * rotation_from_axis_angle(state.pose[0]));
     state.translation = move * root - body.joints[0];
@@ -121,11 +117,15 @@ TEST_CASE("human_model: light stays where it is when the person turns with the c
       options.field.shading = shading;
       const HumanModel model(device, store, Initializer(1), options, asset_body(), 1);
       store.allocate(device);
-      HumanRenderer renderer(device, model,
-                             {.step = 0.02, .tile_rays = 960, .view_direction = view_direction});
+      HumanRenderer::Options settings{.step = 0.02, .tile_rays = 960, .view_direction = view_direction};
+      HumanRenderer renderer(device, model, settings);
       const MovedViews views(renderer, model.body().body(), model.mean_codes());
       REQUIRE(*std::max_element(views.before.alpha.begin(), views.before.alpha.end()) > 0.5);
       CHECK((largest_difference(views.before, views.after) > 0.05) == shading);
+      // In a world that is turned, light that turns with it shows the same.
+      settings.light = views.move.linear().transpose();
+      HumanRenderer turned(device, model, settings);
+      CHECK(largest_difference(views.before, turned.render(views.camera, views.state)) < 0.02);
     }
 }
 

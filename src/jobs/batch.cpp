@@ -13,7 +13,9 @@
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/jobs/film_frames.hpp"
+#include "vivant/jobs/film_stylizer.hpp"
 #include "vivant/jobs/interrupt.hpp"
+#include "vivant/jobs/temporal_mean.hpp"
 
 namespace vivant {
 namespace {
@@ -55,6 +57,8 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
     settings["style"] =
         fmt::format("person {}, scene {}", content_name(film.look.person), content_name(film.look.scene));
   if (film.look.stylised()) settings["frames_averaged"] = 2 * Film::reach + 1;
+  if (film.look.stylised()) settings["most_detail"] = most_detail;
+  if (film.look.stylised()) settings["matched"] = {film_feature_match, film_colour_match};
   if (film.look.stylised()) settings["strength"] = film.look.strength;
   if (film.look.stylised()) settings["keep_colour"] = film.look.keep_colour;
   if (options.views == "orbit") settings["orbit_angle"] = options.orbit_angle;

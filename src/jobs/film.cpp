@@ -117,6 +117,7 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
   Film film;
   film.fps = path.fps;
   if (options.place) film.units_per_metre = options.place->units;
+  if (elsewhere) film.light = turn_of_up(standing_up(scene.capture), standing_up(run.capture));
   if (!options.motion.empty()) {
     film.shots = spread(path.cameras, animated(run, scene, options, film.fps));
   } else if (elsewhere) {

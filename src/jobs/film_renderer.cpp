@@ -18,6 +18,7 @@ class FilmRenderer::Layers {
       throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
     HumanRenderer::Options options = human_renderer_options(run.config, film.known_poses);
     options.units_per_metre = film.units_per_metre;
+    options.light = film.light;
     options.output = output;
     if (layers == "human")
       human_.emplace(device, *human, options);

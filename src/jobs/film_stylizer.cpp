@@ -8,11 +8,6 @@
 namespace vivant {
 namespace {
 
-/// How far features and colours are moved to the painting's: further than for single pictures, because
-/// rendered features are smoother than a picture's, and the mean over frames (film_frames.hpp) takes contrast
-/// from the strokes, which style scores count.
-constexpr double film_feature_match = 1.5, film_colour_match = 0.8;
-
 /// Colours as the stylizer sees them: the person alone stands before grey.
 std::vector<float> seen_colours(const LayerFrame& frame) {
   std::vector<float> rgb = frame.rgb;

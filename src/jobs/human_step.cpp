@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "vivant/model/human_losses.hpp"
+#include "vivant/ops/attention.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/loss.hpp"
 #include "vivant/ops/plane_variation.hpp"
@@ -12,7 +13,15 @@
 namespace vivant {
 namespace {
 
-enum Stream { draw_stream, jitter_stream, direction_stream, box_stream, line_stream, surface_stream };
+enum Stream {
+  draw_stream,
+  jitter_stream,
+  direction_stream,
+  box_stream,
+  line_stream,
+  surface_stream,
+  facing_stream
+};
 
 constexpr std::int64_t line_count = 32, surface_pair_count = 1024;
 constexpr double fade_length = 0.1;  // part of the training over which the corrections fade in
@@ -124,9 +133,12 @@ void HumanStep::loss_of_points(Value planes) {
         points_.surface(graph_, surface_pair_count, key(surface_stream));
     const Value solid =
         graph_.constant({surface_pair_count, 1}, std::vector<double>(surface_pair_count, 1.0));
+    // In some light, the same for both points of a pair.
+    const Value corner = affine(random_uniform({surface_pair_count, 3}, key(facing_stream)), 2, -1);
+    const Facing facing{.directions = {}, .normals = normalise_rows(corner)};
     const auto colour = [&](Value points) {
-      return model_.field().colour(graph_, model_.hidden(graph_, model_.features(graph_, planes, points), {}),
-                                   solid);
+      return model_.field().colour(
+          graph_, model_.hidden(graph_, model_.features(graph_, planes, points), facing), solid);
     };
     add_term("smooth", surface_colour_loss(colour(pairs.a), colour(pairs.b)), human.smooth_weight);
   }

@@ -51,8 +51,12 @@ Vector3d standing_up(const Capture& capture) {
   return std::copysign(1.0, up[axis]) * Vector3d::Unit(axis);
 }
 
+Matrix3d turn_of_up(const Vector3d& from, const Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+}
+
 Motion placed_in_scene(const Body& body, const Motion& motion, const Place& place, const Vector3d& up) {
-  const Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), up).toRotationMatrix();
+  const Matrix3d turn = turn_of_up(Vector3d::UnitY(), up);
   const Vector3d ground = turn.transpose() * place.ground / place.units;
   Motion out = placed(body, motion, {ground.x(), ground.y(), ground.z(), place.yaw});
   if (turn.isIdentity()) return out;

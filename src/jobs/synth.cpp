@@ -200,13 +200,26 @@ std::vector<Shot> novel_view_shots(const SynthOptions& options, const Body& body
   return shots;
 }
 
+/// The moment of the walk at which a posture is shown.
+double moment_of(int posture, const Motion& postures) { return (posture + 0.5) / postures.frame_count(); }
+
+/// The postures where the walker is at their moments, so that cameras of the walk see them and what is
+/// behind.
+Motion along_walk(Motion postures, const Body& body, const Motion& walk) {
+  for (int i = 0; i < postures.frame_count(); ++i) {
+    const int frame = static_cast<int>(std::lround(moment_of(i, postures) * (walk.frame_count() - 1)));
+    Vector3d away = root_position(body, walk, frame) - root_position(body, postures, i);
+    away.y() = 0;  // a lunge is lower
+    postures.translation[i] += away;
+  }
+  return postures;
+}
+
 std::vector<Shot> novel_pose_shots(const SynthOptions& options, const Body& body, const Motion& postures) {
   std::vector<Shot> shots;
-  const int count = postures.frame_count();
-  for (int i = 0; i < count; ++i) {
-    const double s = (i + 0.5) / count;
-    shots.push_back({i, camera_at(options, along_arc(s), root_position(body, postures, i))});
-  }
+  for (int i = 0; i < postures.frame_count(); ++i)
+    shots.push_back(
+        {i, camera_at(options, along_arc(moment_of(i, postures)), root_position(body, postures, i))});
   return shots;
 }
 
@@ -225,7 +238,7 @@ void synthesise(const SynthOptions& options, const SynthProgress& progress) {
   const fs::path truth = options.output / "truth";
   Capture views = film.shoot(truth / "novel_views", motion, novel_view_shots(options, film.body(), motion));
   write_capture(views, truth / "novel_views");
-  const Motion postures = posture_collection(film.body());
+  const Motion postures = along_walk(posture_collection(film.body()), film.body(), motion);
   Capture poses =
       film.shoot(truth / "novel_poses", postures, novel_pose_shots(options, film.body(), postures));
   write_capture(poses, truth / "novel_poses");

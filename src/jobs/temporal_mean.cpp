@@ -1,5 +1,7 @@
 #include "vivant/jobs/temporal_mean.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "vivant/jobs/flow.hpp"
@@ -21,6 +23,13 @@ cv::Mat squared_difference(const cv::Mat& a, const cv::Mat& b) {
       const cv::Vec3f difference = a.at<cv::Vec3f>(y, x) - b.at<cv::Vec3f>(y, x);
       result.at<float>(y, x) = difference.dot(difference) / 3;
     }
+  return result;
+}
+
+cv::Mat blurred(const cv::Mat& picture, double scale) {
+  if (scale == 0) return picture;
+  cv::Mat result;
+  cv::GaussianBlur(picture, result, {}, scale);
   return result;
 }
 
@@ -60,33 +69,36 @@ cv::Mat trust_in(const cv::Mat& here, const cv::Mat& there, const cv::Mat& perso
   return trust;
 }
 
-cv::Mat temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>& neighbours) {
-  cv::Mat sum = picture.clone(), weights(picture.size(), CV_32FC1, cv::Scalar(1));
+TemporalMean temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>& neighbours) {
+  TemporalMean mean{picture.clone(), cv::Mat(picture.size(), CV_32FC1, cv::Scalar(1))};
   for (const Neighbour& neighbour : neighbours) {
     const cv::Mat seen = warped(neighbour.colours, neighbour.flow, cv::INTER_CUBIC);
-    for (int y = 0; y < sum.rows; ++y)
-      for (int x = 0; x < sum.cols; ++x) {
+    for (int y = 0; y < picture.rows; ++y)
+      for (int x = 0; x < picture.cols; ++x) {
         const float weight = neighbour.trust.at<float>(y, x);
-        sum.at<cv::Vec3f>(y, x) += weight * seen.at<cv::Vec3f>(y, x);
-        weights.at<float>(y, x) += weight;
+        mean.colours.at<cv::Vec3f>(y, x) += weight * seen.at<cv::Vec3f>(y, x);
+        mean.weights.at<float>(y, x) += weight;
       }
   }
-  for (int y = 0; y < sum.rows; ++y)
-    for (int x = 0; x < sum.cols; ++x) sum.at<cv::Vec3f>(y, x) *= 1 / weights.at<float>(y, x);
-  return sum;
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x)
+      mean.colours.at<cv::Vec3f>(y, x) *= 1 / mean.weights.at<float>(y, x);
+  return mean;
 }
 
-cv::Mat with_detail_of(const cv::Mat& picture, const cv::Mat& mean) {
-  cv::Mat result = mean.clone();
-  for (const double scale : {3.0, 1.0, 0.5}) {
-    cv::Mat coarse, coarse_picture;
-    cv::GaussianBlur(result, coarse, {}, scale);
-    cv::GaussianBlur(picture, coarse_picture, {}, scale);
-    const double now = cv::norm(result, coarse), aim = cv::norm(picture, coarse_picture);
-    const double gain = now > 0 ? std::min(most_detail, aim / now) : 1;
-    result = coarse + gain * (result - coarse);
+cv::Mat with_detail_of(const cv::Mat& picture, const TemporalMean& mean) {
+  constexpr double scales[] = {3, 1, 0.5, 0};
+  // Fully where three pictures went into the mean.
+  const cv::Mat averaged = mean.weights > 1, share = cv::min(0.5 * (mean.weights - 1), 1);
+  cv::Mat shares, added = cv::Mat::zeros(picture.size(), CV_32FC3);
+  cv::merge(std::vector<cv::Mat>(3, share), shares);
+  for (std::size_t i = 0; i + 1 < std::size(scales); ++i) {
+    const cv::Mat band = blurred(mean.colours, scales[i + 1]) - blurred(mean.colours, scales[i]);
+    const cv::Mat aim = blurred(picture, scales[i + 1]) - blurred(picture, scales[i]);
+    const double now = cv::norm(band, cv::NORM_L2, averaged), wanted = cv::norm(aim, cv::NORM_L2, averaged);
+    if (now > 0) added += (std::clamp(wanted / now, 1.0, most_detail) - 1) * band;
   }
-  return result;
+  return mean.colours + added.mul(shares);
 }
 
 }  // namespace vivant

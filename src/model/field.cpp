@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::string_view encoding_names[] = {"full", "occupied", "vanilla", "mlp"};
 constexpr const char* plane_names[] = {"xy", "xz", "yz"};
+constexpr std::int64_t normal_width = 3;
 enum Head {
   density_head,
   hidden_head,
@@ -69,7 +70,7 @@ Field::Field(Device& device, ParameterStore& store, const Initializer& initializ
   };
   head("density", width, 1, {.scale = 0.5, .bias = options.density_bias});
   head("hidden", width, hidden_width, {});
-  const std::int64_t facing_width = direction_width() + (options.shading ? 3 : 0);
+  const std::int64_t facing_width = direction_width() + (options.shading ? normal_width : 0);
   head("direction", facing_width, hidden_width, {.has_bias = false});
   head("colour", hidden_width, 3, {.bias = 0.5});
   head("feature", hidden_width, feature_width, {});
@@ -146,16 +147,17 @@ Value Field::direction_term(Graph& graph, const Facing& facing, Output output) c
   const bool views = facing.directions && options_.direction_frequencies > 0;
   const bool normals = facing.normals && options_.shading;
   if (!views && !normals) return bias;
-  Value weight = layer.weight(graph), encoded;
+  Values inputs;
   if (views) {
-    encoded = positional_encoding(facing.directions, options_.direction_frequencies);
-    if (facing.keep) encoded = multiply(encoded, facing.keep);
+    const Value encoded = positional_encoding(facing.directions, options_.direction_frequencies);
+    inputs.push_back(facing.keep ? multiply(encoded, facing.keep) : encoded);
   }
-  const std::int64_t width = direction_width();
-  if (!views || (options_.shading && !normals))
-    weight = views ? slice(weight, 0, 0, width) : slice(weight, 0, width, 3);
-  if (normals) encoded = views ? concat({encoded, facing.normals}) : facing.normals;
-  return linear(encoded, weight, bias);
+  if (normals) inputs.push_back(facing.normals);
+  const std::int64_t first = views ? 0 : direction_width(),
+                     rows = (views ? direction_width() : 0) + (normals ? normal_width : 0);
+  Value weight = layer.weight(graph);
+  if (rows != weight.shape()[0]) weight = slice(weight, 0, first, rows);
+  return linear(inputs.size() > 1 ? concat(inputs) : inputs[0], weight, bias);
 }
 
 Value Field::hidden(Graph& graph, Value features, Value direction_term, Output output) const {

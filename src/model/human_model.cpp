@@ -144,7 +144,9 @@ HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSampl
   result.density = graph.reshape(
       scatter_rows(result.row_density, samples.ids, samples.depths.elements(), IdOrder::ascending),
       samples.depths.shape());
-  result.hidden = hidden(graph, field_features, {samples.directions, keep, samples.normals}, output);
+  result.hidden =
+      hidden(graph, field_features,
+             {.directions = samples.directions, .keep = keep, .normals = samples.normals}, output);
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include "vivant/data/camera_table.hpp"
 #include "vivant/ops/elementwise.hpp"
+#include "vivant/ops/linear.hpp"
 #include "vivant/ops/peak_depth.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
@@ -44,7 +45,7 @@ PersonInputs::PersonInputs(Graph& graph, const HumanModel& model)
 
 HumanFieldSamples PersonInputs::sample(Graph& graph, Value planes, const Rays& rays,
                                        const TraceOptions& trace, std::int64_t capacity, bool view_direction,
-                                       Output output) {
+                                       Output output, const Eigen::Matrix3d& light) {
   const BodyModel::Posed posed = model_.body().pose(graph, joints_);
   const TracedSamples traced =
       trace_samples(rays.origins, rays.directions, posed.mesh, posed.transforms, trace);
@@ -59,6 +60,8 @@ HumanFieldSamples PersonInputs::sample(Graph& graph, Value planes, const Rays& r
                                         {}, trace.step, trace.samples_per_ray, capacity);
   overflow_ = samples.overflow;
   if (!view_direction) samples.directions = {};
+  if (!light.isIdentity())  // stored by columns: the weight of a row
+    samples.normals = linear(samples.normals, graph.constant({3, 3}, std::span(light.data(), 9)));
   const Value one = graph.constant({1}, std::vector<double>{1});
   return model_.query(graph, planes, samples, codes_, one, {}, output);
 }
@@ -119,7 +122,7 @@ void HumanRenderer::build(int width, int height) {
       person_->sample(
           graph, planes_.value(graph), metric(rays, units),
           {.step = options_.step, .threshold = options_.threshold, .samples_per_ray = samples_per_ray},
-          room_ * tile_, options_.view_direction, options_.output),
+          room_ * tile_, options_.view_direction, options_.output, options_.light),
       units);
   if (options_.scene) {
     const SceneModel& scene = *options_.scene;

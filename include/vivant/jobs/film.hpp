@@ -46,6 +46,8 @@ struct Film {
   std::vector<Shot> references;
   bool known_poses = false;    ///< frames of the capture from their own cameras
   double units_per_metre = 1;  ///< of the cameras' world; the person is in metres
+  /// Turns the cameras' world into that of the run, in which the light on the person was learned.
+  Eigen::Matrix3d light = Eigen::Matrix3d::Identity();
 
   /// The shot `index`, or one next to the shots: from -before.size() to shots.size() + after.size(),
   /// exclusive.

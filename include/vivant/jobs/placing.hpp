@@ -26,6 +26,9 @@ Place place_from(const std::string& text);
 /// photographers point their cameras a little down.
 Eigen::Vector3d standing_up(const Capture& capture);
 
+/// The smallest rotation that turns one up into another.
+Eigen::Matrix3d turn_of_up(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// The motion (metres, y up) standing at `place`: in the axes of the scene's world, but in metres still, that
 /// is scene positions divided by place.units. Turned by the smallest rotation from +y to `up`.
 Motion placed_in_scene(const Body& body, const Motion& motion, const Place& place, const Eigen::Vector3d& up);

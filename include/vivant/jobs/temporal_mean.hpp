@@ -37,11 +37,16 @@ struct Neighbour {
 };
 
 /// The weighted mean of a picture (CV_32FC3, weight 1) and of its neighbours seen from it, bicubic.
-cv::Mat temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>& neighbours);
+struct TemporalMean {
+  cv::Mat colours;  ///< CV_32FC3
+  cv::Mat weights;  ///< CV_32FC1, 1 where it is the picture itself
+};
+TemporalMean temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>& neighbours);
 
-/// A mean, its detail as strong as that of the picture alone again: what is finer than 3, 1 and 0.5 pixels is
-/// each multiplied by a number that makes its rms the same, at most `most_detail`. Both CV_32FC3.
-cv::Mat with_detail_of(const cv::Mat& picture, const cv::Mat& mean);
+/// The mean (CV_32FC3), its detail as strong as that of the picture alone where it is a mean of several: each
+/// band between blurs of 3, 1, 0.5 and 0 pixels is multiplied by one number, at most `most_detail`, that
+/// makes its rms there the same.
+cv::Mat with_detail_of(const cv::Mat& picture, const TemporalMean& mean);
 constexpr double most_detail = 1.6;
 
 }  // namespace vivant

@@ -31,9 +31,10 @@ class PersonInputs {
   PersonInputs(Graph& graph, const HumanModel& model);
   /// Traces rays afresh and asks the field. `capacity`: of all samples; 0: never too small. `view_direction`
   /// false leaves the direction out: what was learned of directions in the poses of the training says little
-  /// about others.
+  /// about others. `light` turns normals into the world that the field was trained in.
   HumanFieldSamples sample(Graph& graph, Value planes, const Rays& rays, const TraceOptions& trace,
-                           std::int64_t capacity, bool view_direction, Output output = Output::colour);
+                           std::int64_t capacity, bool view_direction, Output output = Output::colour,
+                           const Eigen::Matrix3d& light = Eigen::Matrix3d::Identity());
   void write(Executor& executor, const PersonState& state) const;
   /// i32 [1]: 1 when the samples did not fit into the capacity.
   Value overflow() const { return overflow_; }
@@ -70,6 +71,8 @@ class HumanRenderer {
     bool view_direction = true;
     const SceneModel* scene = nullptr;  ///< absent: the person alone
     double units_per_metre = 1;         ///< of the world that cameras and scene are in; poses are in metres
+    /// Turns that world into the one that the person was trained in: the light on them.
+    Eigen::Matrix3d light = Eigen::Matrix3d::Identity();
     Intervals intervals = Intervals::own;
     double weight_threshold = 1e-4;  ///< scene samples that weigh less are left out; 0: none
     Output output = Output::colour;  ///< hidden units: of the scene, if any, then of the person
