@@ -10,7 +10,7 @@ namespace vivant {
 /// How far features and colours are moved to the painting's: further than for single pictures, because
 /// rendered features are smoother than a picture's, and the mean over frames (film_frames.hpp) takes contrast
 /// from the strokes, which style scores count (docs/evaluation.md).
-constexpr double film_feature_match = 1.5, film_colour_match = 0.8;
+constexpr double film_feature_match = 1.75, film_colour_match = 0.8;
 
 /// Throws Error for a run that has learned no features yet, which styles need.
 void check_can_stylise(const OpenRun& scene);
