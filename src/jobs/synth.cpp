@@ -217,6 +217,7 @@ Motion along_walk(Motion postures, const Body& body, const Motion& walk) {
 
 std::vector<Shot> novel_pose_shots(const SynthOptions& options, const Body& body, const Motion& postures) {
   std::vector<Shot> shots;
+  shots.reserve(postures.frame_count());
   for (int i = 0; i < postures.frame_count(); ++i)
     shots.push_back(
         {i, camera_at(options, along_arc(moment_of(i, postures)), root_position(body, postures, i))});
