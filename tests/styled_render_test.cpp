@@ -1,4 +1,6 @@
 // The program from a capture and paintings to stylised pictures, with as little training as there can be.
+#include <fmt/format.h>
+
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -79,8 +81,8 @@ void check_evaluation(const std::string& run, const fs::path& folder, const std:
   std::string chosen;
   for (const std::string flow : {"geometry", "auto", "dis"}) {
     const Finished evaluated =
-        run_vivant("eval " + run + " --views test --flow " + flow + " --style " + style +
-                   " --film again=" + (folder / "in_red").string() + " --json -o " + report);
+        run_vivant(fmt::format("eval {} --views test --flow {} --style {} --film again={} --json -o {}", run,
+                               flow, style, (folder / "in_red").string(), report));
     REQUIRE_MESSAGE(evaluated.exit_code == 0, evaluated.err);
     const nlohmann::json films = nlohmann::json::parse(evaluated.out).at("films");
     REQUIRE(films.size() == 4);
