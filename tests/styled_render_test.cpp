@@ -67,7 +67,7 @@ void check_layers(const cv::Mat& both, const cv::Mat& scene_style, const cv::Mat
       outside += alpha < 0.02;
       CHECK(cv::norm(here - alpha * way) < 3);
       const cv::Vec3d other = cv::Vec3d(plain.at<cv::Vec3b>(at)) - from;
-      // The detail of each film has its own strength (with_detail_of): films do not mix to the last digit.
+      // On the person's soft edge put_back also brings a share of the scene as this frame alone was painted.
       CHECK(cv::norm(from + alpha * other - cv::Vec3d(unpainted.at<cv::Vec3b>(at))) < 10);
     }
   CHECK(most > 0.1);

@@ -56,11 +56,13 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
   if (film.look.layered())
     settings["style"] =
         fmt::format("person {}, scene {}", content_name(film.look.person), content_name(film.look.scene));
-  if (film.look.stylised()) settings["frames_averaged"] = 2 * Film::reach + 1;
-  if (film.look.stylised()) settings["most_detail"] = most_detail;
-  if (film.look.stylised()) settings["matched"] = {film_feature_match, film_colour_match};
-  if (film.look.stylised()) settings["strength"] = film.look.strength;
-  if (film.look.stylised()) settings["keep_colour"] = film.look.keep_colour;
+  if (film.look.stylised()) {
+    settings["frames_averaged"] = 2 * Film::reach + 1;
+    settings["most_detail"] = most_detail;
+    settings["matched"] = {film_feature_match, film_colour_match};
+    settings["strength"] = film.look.strength;
+    settings["keep_colour"] = film.look.keep_colour;
+  }
   if (options.views == "orbit") settings["orbit_angle"] = options.orbit_angle;
   if (options.views == "orbit") settings["orbit_frames"] = options.orbit_frames;
   settings["size"] = options.size ? fmt::format("{}x{}", options.size->first, options.size->second) : "own";
