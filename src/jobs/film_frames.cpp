@@ -12,16 +12,6 @@ cv::Mat colours_of(const std::vector<float>& rgb, const LayerFrame& frame) {
   return {frame.height, frame.width, CV_32FC3, const_cast<float*>(rgb.data())};
 }
 
-/// Puts a layer back into a mean as it was before: of the person, or of the scene.
-void put_back(const cv::Mat& before, const cv::Mat& person, bool of_person, cv::Mat& mean) {
-  for (int y = 0; y < mean.rows; ++y)
-    for (int x = 0; x < mean.cols; ++x) {
-      const float share = of_person ? person.at<float>(y, x) : 1 - person.at<float>(y, x);
-      cv::Vec3f& colour = mean.at<cv::Vec3f>(y, x);
-      colour = share * before.at<cv::Vec3f>(y, x) + (1 - share) * colour;
-    }
-}
-
 const Body* body_of(const OpenRun& run) {
   return run.model->human() ? &run.model->human()->body().body() : nullptr;
 }
@@ -31,7 +21,7 @@ const Body* body_of(const OpenRun& run) {
 struct FilmFrames::Entry {
   LayerFrame frame;
   SurfaceView surface;
-  std::map<std::size_t, std::vector<float>> painted;  ///< by look
+  std::map<std::pair<std::size_t, Layer>, std::vector<float>> painted;  ///< by look and layer
 };
 
 FilmFrames::FilmFrames(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
@@ -59,7 +49,9 @@ FilmFrames::Entry& FilmFrames::entry(int shot) {
 void FilmFrames::forget_all_but(int first, int last) {
   const auto gone = [&](int shot) { return shot < first || shot > last; };
   std::erase_if(entries_, [&](const auto& one) { return gone(one.first); });
-  std::erase_if(flows_, [&](const auto& one) { return gone(one.first.first) || gone(one.first.second); });
+  const auto of_gone = [&](const auto& one) { return gone(one.first.first) || gone(one.first.second); };
+  std::erase_if(flows_, of_gone);
+  std::erase_if(matches_, of_gone);
 }
 
 const LayerFrame& FilmFrames::rendered(int shot) {
@@ -69,12 +61,15 @@ const LayerFrame& FilmFrames::rendered(int shot) {
 
 const SurfaceView& FilmFrames::surface(int shot) { return entry(shot).surface; }
 
-const std::vector<float>& FilmFrames::painted(int shot, std::size_t look) {
+const std::vector<float>& FilmFrames::painted(int shot, std::size_t look, Layer layer) {
   Entry& here = entry(shot);
-  if (const auto found = here.painted.find(look); found != here.painted.end()) return found->second;
+  const std::pair key(look, layer);
+  if (const auto found = here.painted.find(key); found != here.painted.end()) return found->second;
   const std::vector<float>& painted =
-      here.painted.emplace(look, stylizer_->paint(here.frame, look)).first->second;
-  if (here.painted.size() == looks_.size()) here.frame.features = {};  // by far the largest part of a frame
+      here.painted.emplace(key, stylizer_->paint(here.frame, look, layer)).first->second;
+  std::size_t wanted = 0;
+  for (const Look& one : looks_) wanted += layers_to_paint(here.frame, one).size();
+  if (here.painted.size() == wanted) here.frame.features = {};  // by far the largest part of a frame
   return painted;
 }
 
@@ -86,36 +81,43 @@ const FilmFrames::Flows& FilmFrames::flows(int from, int to) {
   return found;
 }
 
-std::vector<Neighbour> FilmFrames::neighbours(int shot, std::size_t look) {
+const FilmFrames::Match& FilmFrames::match(int from, int to) {
+  Match& known = matches_[{from, to}];
+  if (!known.flow.empty()) return known;
+  const LayerFrame &first = entry(from).frame, &second = entry(to).frame;
+  const cv::Mat here = colours_of(first.rgb, first), there = colours_of(second.rgb, second);
+  const Flows &forward = flows(from, to), &backward = flows(to, from);
+  const Correspondence found =
+      best_flow(here, there, {{forward.geometry, backward.geometry}, {forward.dis, backward.dis}});
+  return known = {found.flow, trust_in(here, there, surface(from).person, found)};
+}
+
+cv::Mat FilmFrames::mean(int shot, std::size_t look, Layer layer) {
   const LayerFrame& frame = entry(shot).frame;
-  const cv::Mat here = colours_of(frame.rgb, frame);
-  std::vector<Neighbour> result;
+  const cv::Mat alone = colours_of(painted(shot, look, layer), frame);
+  if (looks_[look].strength == 0 || looks_[look].mixture(layer).empty()) return alone.clone();
+  std::vector<Neighbour> neighbours;
   for (int other = shot - Film::reach; other <= shot + Film::reach; ++other) {
     if (other == shot || !film_.has_shot(other)) continue;
     const LayerFrame& next = entry(other).frame;
     if (next.width != frame.width || next.height != frame.height) continue;
-    const cv::Mat there = colours_of(next.rgb, next);
-    const Flows &forward = flows(shot, other), &backward = flows(other, shot);
-    const Correspondence found =
-        best_flow(here, there, {{forward.geometry, backward.geometry}, {forward.dis, backward.dis}});
-    result.push_back({colours_of(painted(other, look), next), found.flow,
-                      trust_in(here, there, surface(shot).person, found)});
+    const Match& found = match(shot, other);
+    neighbours.push_back({colours_of(painted(other, look, layer), next), found.flow, found.trust});
   }
-  return result;
+  return with_detail_of(alone, temporal_mean(alone, neighbours));
 }
 
 LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
   forget_all_but(shot - Film::reach, shot + Film::reach);
   const LayerFrame& plain = entry(shot).frame;
-  const cv::Mat alone = colours_of(painted(shot, look), plain), person = surface(shot).person;
-  cv::Mat mean =
-      looks_[look].strength > 0 ? with_detail_of(alone, temporal_mean(alone, neighbours(shot, look))) : alone;
-  if (looks_[look].layered() && !person.empty())
-    for (const bool of_person : {true, false})
-      if ((of_person ? looks_[look].person : looks_[look].scene).empty())
-        put_back(alone, person, of_person, mean);
+  const std::vector<Layer> layers = layers_to_paint(plain, looks_[look]);
+  const cv::Mat picture = mean(shot, look, layers[0]);
   LayerFrame result{plain.width, plain.height, {}, plain.alpha, plain.person, plain.depth, {}};
-  result.rgb.assign(mean.ptr<float>(), mean.ptr<float>() + 3 * mean.total());
+  result.rgb.assign(picture.ptr<float>(), picture.ptr<float>() + 3 * picture.total());
+  const cv::Mat person = layers.size() > 1 ? mean(shot, look, layers[1]) : picture;
+  for (std::size_t i = 0; i < plain.person.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      result.rgb[3 * i + c] += plain.person[i] * (person.ptr<float>()[3 * i + c] - result.rgb[3 * i + c]);
   for (std::size_t i = 0; i < result.alpha.size(); ++i)
     for (int c = 0; c < 3; ++c) result.rgb[3 * i + c] *= result.alpha[i];
   return result;

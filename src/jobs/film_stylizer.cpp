@@ -43,6 +43,12 @@ struct FilmStylizer::State {
   }
 };
 
+std::vector<Layer> layers_to_paint(const LayerFrame& frame, const Look& look) {
+  if (!frame.alpha.empty()) return {Layer::person};
+  if (!look.layered() || frame.person.empty()) return {Layer::scene};
+  return {Layer::scene, Layer::person};
+}
+
 void check_can_stylise(const OpenRun& scene) {
   if (!scene.has_features)
     fail("{} has learned no features yet, which styles need: go on with vivant train --resume --run {}",
@@ -78,18 +84,10 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
 }
 FilmStylizer::~FilmStylizer() = default;
 
-std::vector<float> FilmStylizer::paint(const LayerFrame& frame, std::size_t index) {
+std::vector<float> FilmStylizer::paint(const LayerFrame& frame, std::size_t index, Layer layer) {
   const Look& look = state_->looks.at(index);
   const std::vector<float> rgb = seen_colours(frame);
-  const RenderedFrame rendered{frame.features, rgb};
-  if (!frame.alpha.empty()) return state_->painted(rendered, look.person, look);
-  std::vector<float> result = state_->painted(rendered, look.scene, look);
-  if (!look.layered() || frame.person.empty()) return result;
-  const std::vector<float> person = state_->painted(rendered, look.person, look);
-  for (std::size_t i = 0; i < frame.person.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      result[3 * i + c] += frame.person[i] * (person[3 * i + c] - result[3 * i + c]);
-  return result;
+  return state_->painted({frame.features, rgb}, look.mixture(layer), look);
 }
 
 }  // namespace vivant

@@ -28,20 +28,26 @@ class FilmFrames {
   /// The shot's geometry.
   const SurfaceView& surface(int shot);
   /// The shot in the look of this index: the temporal mean (temporal_mean.hpp) of the painted shot and its
-  /// neighbours, along the better of two flows at each pixel. A layer without a style is as rendered.
+  /// neighbours, along the better of two flows at each pixel. Layers with styles of their own are two such
+  /// means, put together by the person's share; a layer without a style is as rendered.
   LayerFrame stylised(int shot, std::size_t look);
 
  private:
   struct Entry;
   Entry& entry(int shot);
   void forget_all_but(int first, int last);
-  const std::vector<float>& painted(int shot, std::size_t look);
+  const std::vector<float>& painted(int shot, std::size_t look, Layer layer);
   /// By the geometry, and by DIS on the rendered pictures: fields of short trainings know little of depth.
   struct Flows {
     cv::Mat geometry, dis;
   };
   const Flows& flows(int from, int to);
-  std::vector<Neighbour> neighbours(int shot, std::size_t look);
+  /// Where the points of a shot are in another one, and how far to trust it.
+  struct Match {
+    cv::Mat flow, trust;
+  };
+  const Match& match(int from, int to);
+  cv::Mat mean(int shot, std::size_t look, Layer layer);
 
   const Film& film_;
   const Body* body_;
@@ -51,6 +57,7 @@ class FilmFrames {
   SurfaceFlow surface_flow_;
   std::map<int, Entry> entries_;
   std::map<std::pair<int, int>, Flows> flows_;
+  std::map<std::pair<int, int>, Match> matches_;
 };
 
 }  // namespace vivant

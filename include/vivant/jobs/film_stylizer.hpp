@@ -12,6 +12,10 @@ namespace vivant {
 /// from the strokes, which style scores count (docs/evaluation.md).
 constexpr double film_feature_match = 1.75, film_colour_match = 0.8;
 
+/// The layers that must be painted for the frame in this look, to be put together by the person's share of
+/// each pixel; one where they share a style or are alone.
+std::vector<Layer> layers_to_paint(const LayerFrame& frame, const Look& look);
+
 /// Throws Error for a run that has learned no features yet, which styles need.
 void check_can_stylise(const OpenRun& scene);
 
@@ -25,10 +29,9 @@ class FilmStylizer {
                const std::vector<Look>& looks);
   ~FilmStylizer();
 
-  /// The frame's colours [H, W, 3] in the look of this index, those of the person alone not multiplied with
-  /// alpha. Person and scene with styles of their own are painted one after the other, each as the whole
-  /// picture, and put together by the person's alpha.
-  std::vector<float> paint(const LayerFrame& frame, std::size_t look);
+  /// The whole frame's colours [H, W, 3] in the style that the look of this index has for the layer, as
+  /// rendered without one. Those of the person alone are not multiplied with alpha.
+  std::vector<float> paint(const LayerFrame& frame, std::size_t look, Layer layer);
 
  private:
   struct State;

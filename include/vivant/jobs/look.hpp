@@ -19,6 +19,8 @@ using StyleMixture = std::vector<StyleShare>;
 /// Throws UsageError for a weight that is not above 0, and for "none" among others.
 StyleMixture mixture_from(const std::vector<std::string>& texts);
 
+enum class Layer { scene, person };
+
 /// How a film is painted.
 struct Look {
   StyleMixture person, scene;  ///< equal ones: the picture is painted as a whole
@@ -27,6 +29,7 @@ struct Look {
 
   /// The same style for both layers.
   static Look whole(const StyleMixture& style) { return {style, style}; }
+  const StyleMixture& mixture(Layer layer) const { return layer == Layer::person ? person : scene; }
   bool stylised() const { return !person.empty() || !scene.empty(); }
   bool layered() const { return person != scene; }
 };
