@@ -55,7 +55,8 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
     std::vector<cv::Mat> alone, together;
     for (int shot : {2, 3}) {
       LayerFrame frame = renderer.render(film.shots[shot]);
-      const std::vector<float> painted = stylizer.paint(frame, 0, frame.alpha.empty() ? Layer::scene : Layer::person);
+      const std::vector<float> painted =
+          stylizer.paint(frame, 0, frame.alpha.empty() ? Layer::scene : Layer::person);
       frame.rgb = painted;
       for (std::size_t i = 0; i < frame.alpha.size(); ++i)
         for (int c = 0; c < 3; ++c) frame.rgb[3 * i + c] *= frame.alpha[i];

@@ -6,54 +6,18 @@
 #include <opencv2/imgproc.hpp>
 
 #include "graph_helpers.hpp"
-#include "jobs/training_pictures.hpp"
-#include "vivant/graph/executor.hpp"
+#include "stylizer_fixture.hpp"
 #include "vivant/io/assets.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/safetensors.hpp"
 #include "vivant/model/frame_stylizer.hpp"
 #include "vivant/model/read_out.hpp"
-#include "vivant/nn/vgg19.hpp"
 #include "vivant/ops/conv2d.hpp"
 #include "vivant/ops/upsample.hpp"
 
 using namespace vivant;
 
 namespace {
-
-struct Fixture {
-  Device device;
-  Initializer initializer{7};
-  ParameterStore store;
-  Stylizer stylizer;
-  Vgg19 vgg;
-
-  explicit Fixture(StylizerOptions options = {}) : stylizer(store, initializer, options), vgg(device) {
-    store.allocate(device);
-  }
-
-  std::vector<float> features(const cv::Mat& picture) {
-    Graph graph;
-    const Value input = graph.input("picture", {picture.rows, picture.cols, 3});
-    const Value relu3_1 = vgg.features(input, {"relu3_1"}).at("relu3_1");
-    Executor executor(device, graph, {relu3_1});
-    executor.write(input, values_of(picture));
-    executor.run();
-    return executor.read(relu3_1);
-  }
-
-  std::vector<float> reconstruct(const cv::Mat& picture) {
-    Graph graph;
-    const Value rgb = graph.input("rgb", {picture.rows, picture.cols, 3});
-    const Value seen = graph.input("features", {picture.rows / 4, picture.cols / 4, 256});
-    const Value image = stylizer.reconstruct(graph, seen, rgb);
-    Executor executor(device, graph, {image});
-    executor.write(rgb, values_of(picture));
-    executor.write(seen, features(picture));
-    executor.run();
-    return executor.read(image);
-  }
-};
 
 /// The middle of a style picture of the assets, `side` pixels of an enlarged or reduced picture.
 cv::Mat picture(const std::string& name, int height, int width) {
@@ -77,7 +41,7 @@ double psnr(std::span<const float> a, std::span<const float> b) {
 }
 
 /// Fits the read-out on four paintings; its mean squared error.
-double fit_read_out(Fixture& f) {
+double fit_read_out(StylizerFixture& f) {
   std::vector<float> samples, colours;
   for (const char* name : {"mosaic.jpg", "woodblock.jpg", "cubist.jpg", "pointillism.jpg"}) {
     const cv::Mat shown = picture(name, 128, 128);
@@ -91,7 +55,7 @@ double fit_read_out(Fixture& f) {
 }
 
 /// Stylises a picture in tiles of several sizes, and in one.
-void check_tiles(Fixture& f) {
+void check_tiles(StylizerFixture& f) {
   const cv::Mat shown = picture("cubist.jpg", 64, 80), style = read_image(asset_path("styles/impasto.jpg"));
   const std::vector<float> features = f.features(shown);
   const auto stylise = [&](int tile, int height, int width, double strength) {
@@ -114,7 +78,7 @@ void check_tiles(Fixture& f) {
 TEST_CASE("stylizer: the least-squares start decodes a picture that it was not fitted on") {
   for (const char* form : {"guided", "plain"}) {
     CAPTURE(form);
-    Fixture f(StylizerOptions::of_form(form));
+    StylizerFixture f(StylizerOptions::of_form(form));
     CHECK(-10 * std::log10(fit_read_out(f)) > 20);
     const cv::Mat other = picture("impasto.jpg", 96, 96);
     CHECK(psnr(f.reconstruct(other), values_of(other)) > 17);
@@ -122,20 +86,20 @@ TEST_CASE("stylizer: the least-squares start decodes a picture that it was not f
 }
 
 TEST_CASE("stylizer: tiles do not show, whatever the frame's size; strength 0 is the reconstruction") {
-  Fixture f;
+  StylizerFixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   check_tiles(f);
 }
 
 TEST_CASE("stylizer: tiles of the mirrored decoder do not show") {
-  Fixture f(StylizerOptions::of_form("cosine"));
+  StylizerFixture f(StylizerOptions::of_form("cosine"));
   fit_read_out(f);
   check_tiles(f);
 }
 
 TEST_CASE("stylizer: away from the border the mirrored decoder is VGG-19's encoder backwards") {
   constexpr std::int64_t side = 9, border = 4 * 3, pixels = 4 * side;
-  Fixture f(StylizerOptions::plain());
+  StylizerFixture f(StylizerOptions::plain());
   Graph graph;
   const Value features = graph.input("features", {side, side, Stylizer::features});
   const auto layer = [&](Value x, const std::string& name, Activation activation = Activation::relu) {
@@ -163,7 +127,7 @@ TEST_CASE("stylizer: away from the border the mirrored decoder is VGG-19's encod
 }
 
 TEST_CASE("stylizer: mixtures go from one style to the other by their weights") {
-  Fixture f;
+  StylizerFixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   const cv::Mat shown = picture("cubist.jpg", 32, 40);
   const std::vector<float> features = f.features(shown);
@@ -188,7 +152,7 @@ TEST_CASE("stylizer: mixtures go from one style to the other by their weights") 
 }
 
 TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with the style in it computes") {
-  Fixture f;
+  StylizerFixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   const cv::Mat shown = picture("cubist.jpg", 64, 80);
   cv::Mat style, painting;  // of a size that is kept
@@ -228,7 +192,7 @@ TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with
 }
 
 TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colours of a painting") {
-  Fixture f;
+  StylizerFixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   const cv::Mat shown = picture("pointillism.jpg", 96, 96);
   const std::vector<float> features = f.features(shown);
@@ -247,7 +211,7 @@ TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colo
 }
 
 TEST_CASE("stylizer: a file that does not fit is one clear line") {
-  Fixture f;
+  StylizerFixture f;
   TensorFile file = save_stylizer(f.store, f.stylizer);
   file.source = "made.safetensors";
   file.tensors.erase("stylizer.psi0.weight");
@@ -256,11 +220,11 @@ TEST_CASE("stylizer: a file that does not fit is one clear line") {
 }
 
 TEST_CASE("stylizer: weights of another form are one clear line") {
-  Fixture guided, cosine(StylizerOptions::of_form("cosine")), plain(StylizerOptions::plain());
+  StylizerFixture guided, cosine(StylizerOptions::of_form("cosine")), plain(StylizerOptions::plain());
   TensorFile file = save_stylizer(cosine.store, cosine.stylizer);
   file.source = "made.safetensors";
   load_stylizer(cosine.store, cosine.stylizer, file);
-  for (Fixture* other : {&guided, &plain})
+  for (StylizerFixture* other : {&guided, &plain})
     CHECK_THROWS_WITH_AS(load_stylizer(other->store, other->stylizer, file),
                          doctest::Contains("made.safetensors holds no weights of the form"), Error);
   file.metadata.clear();  // as files from before forms had networks of their own

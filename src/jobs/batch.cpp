@@ -59,7 +59,8 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
   if (film.look.stylised()) {
     settings["frames_averaged"] = 2 * Film::reach + 1;
     settings["most_detail"] = most_detail;
-    settings["matched"] = {film_feature_match, film_colour_match};
+    settings["feature_matches"] = film_feature_matches;
+    settings["colour_match"] = film_colour_match;
     settings["strength"] = film.look.strength;
     settings["keep_colour"] = film.look.keep_colour;
   }

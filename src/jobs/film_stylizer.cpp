@@ -1,12 +1,26 @@
 #include "vivant/jobs/film_stylizer.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "vivant/io/image.hpp"
-#include "vivant/model/frame_stylizer.hpp"
 
 namespace vivant {
 namespace {
+
+constexpr double near_enough = 1.01;  // of the least distance: less is steadier
+constexpr double most_scored_pixels = 512 * 288;
+
+/// Colours in 0..1 as a picture, made smaller for the sake of memory and time.
+cv::Mat scored_picture(std::span<const float> rgb, cv::Size size) {
+  cv::Mat picture;
+  cv::Mat(size, CV_32FC3, const_cast<float*>(rgb.data())).convertTo(picture, CV_8U, 255);
+  const double factor = std::sqrt(most_scored_pixels / size.area());
+  if (factor < 1) cv::resize(picture, picture, {}, factor, factor, cv::INTER_AREA);
+  return picture;
+}
 
 /// Colours as the stylizer sees them: the person alone stands before grey.
 std::vector<float> seen_colours(const LayerFrame& frame) {
@@ -17,6 +31,23 @@ std::vector<float> seen_colours(const LayerFrame& frame) {
 }
 
 }  // namespace
+
+double choose_feature_match(FrameStylizer& stylizer, StyleMeter& meter, std::span<const RenderedFrame> views,
+                            cv::Size size) {
+  std::array<double, film_feature_matches.size()> distances{};
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    const std::vector<std::vector<float>> stylised =
+        stylizer.set_feature_match(film_feature_matches[i], views);
+    for (std::size_t view = 0; view < views.size(); ++view)
+      distances[i] +=
+          meter.score(scored_picture(stylised[view], size), scored_picture(views[view].rgb, size)).statistics;
+  }
+  const double good = near_enough * *std::min_element(distances.begin(), distances.end());
+  const double* chosen = film_feature_matches.data();
+  for (const double* distance = distances.data(); *distance > good; ++distance) ++chosen;
+  stylizer.set_feature_match(*chosen, views);
+  return *chosen;
+}
 
 struct FilmStylizer::State {
   Vgg19 vgg;
@@ -75,10 +106,10 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       for (const StyleShare& share : mixture) pictures.push_back({read_image(share.picture), share.weight});
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
-          FrameStylizer::Options{.feature_match = film_feature_match,
-                                 .colour_match = film_colour_match,
-                                 .tokens = scene.config.style.tokens});
+          FrameStylizer::Options{.colour_match = film_colour_match, .tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read(), views);
+      StyleMeter meter(device, state_->vgg, pictures.front().picture);
+      choose_feature_match(*stylizer, meter, views, size);
       state_->painters.push_back({mixture, std::move(stylizer)});
     }
 }

@@ -121,6 +121,8 @@ struct FrameStylizer::State {
 
   void set_style(std::span<const StylePicture> styles, const ContentNorm& norm);
   void set_norm(const ContentNorm& norm);
+  /// Returns the frames in the style before their colours are matched.
+  std::vector<std::vector<float>> match_colours(std::span<const RenderedFrame> frames);
   HostTokens tokens_of(const cv::Mat& rgb8);
   ContentNorm measure(std::span<const RenderedFrame> frames);
   /// Luma at a quarter and detail of a frame.
@@ -130,12 +132,13 @@ struct FrameStylizer::State {
   Device& device;
   const Stylizer& stylizer;
   const Vgg19& vgg;
-  const Options options;
+  Options options;
   const std::int64_t height, width;            ///< of the frame
   const std::int64_t rows, columns;            ///< of its features
   const std::int64_t tile_rows, tile_columns;  ///< of a tile, without its halo
   const std::int64_t halo;                     ///< features around a tile
   const std::int64_t samples;                  ///< features of a frame from which statistics are taken
+  std::vector<std::pair<double, ColourStatistics>> paintings;  ///< by share
   ColourTransform colours;
 
   // From the colours of a whole frame: luma and detail.
@@ -221,7 +224,10 @@ void FrameStylizer::State::set_style(std::span<const StylePicture> styles, const
   };
   // S * norm(c) + M is linear in M and S: what the styles give is mixed instead of what they are made of.
   Value stylised;
+  paintings.clear();
   for (std::size_t i = 0; i < styles.size(); ++i) {
+    paintings.emplace_back(shares[i], ColourStatistics());
+    paintings.back().second.add(floats_of(style_picture(styles[i].picture, options.tokens)));
     HostTokens tokens = tokens_of(styles[i].picture);
     const StyleTokens here = {copied("keys", std::move(tokens.keys)),
                               tokens.bias ? copied("bias", std::move(*tokens.bias)) : Value{},
@@ -242,6 +248,22 @@ void FrameStylizer::State::set_norm(const ContentNorm& norm) {
   const std::vector<float>* measured[] = {&norm.feature_mean, &norm.feature_deviation, &norm.luma_mean,
                                           &norm.luma_deviation};
   for (std::size_t i = 0; i < targets.size(); ++i) tile_executor->write(targets[i], *measured[i]);
+}
+
+std::vector<std::vector<float>> FrameStylizer::State::match_colours(std::span<const RenderedFrame> frames) {
+  std::vector<std::vector<float>> stylised;
+  ColourStatistics rendered;
+  for (const RenderedFrame& frame : frames) {
+    stylised.push_back(stylise(frame, 1));
+    rendered.add(stylised.back());
+  }
+  colours = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
+  for (const auto& [share, painting] : paintings) {
+    const ColourTransform own = vivant::match_colours(rendered, painting, options.colour_match);
+    colours.matrix += share * own.matrix;
+    colours.offset += share * own.offset;
+  }
+  return stylised;
 }
 
 void FrameStylizer::State::look_at(const RenderedFrame& frame) {
@@ -331,17 +353,16 @@ void FrameStylizer::set_style(std::span<const StylePicture> styles, const Conten
   if (styles.empty()) fail("a style needs at least one picture");
   if (frames.empty()) fail("a style needs at least one frame that it will be used on");
   state_->set_style(styles, norm);
-  ColourStatistics rendered;
-  for (const RenderedFrame& frame : frames) rendered.add(state_->stylise(frame, 1));
-  const std::vector<double> shares = shares_of(styles);
-  state_->colours = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
-  for (std::size_t i = 0; i < styles.size(); ++i) {
-    ColourStatistics painting;
-    painting.add(floats_of(style_picture(styles[i].picture, state_->options.tokens)));
-    const ColourTransform own = match_colours(rendered, painting, state_->options.colour_match);
-    state_->colours.matrix += shares[i] * own.matrix;
-    state_->colours.offset += shares[i] * own.offset;
-  }
+  state_->match_colours(frames);
+}
+
+std::vector<std::vector<float>> FrameStylizer::set_feature_match(double match,
+                                                                 std::span<const RenderedFrame> frames) {
+  if (!state_->tile_executor) fail("a match is set before a style was");
+  state_->options.feature_match = match;
+  std::vector<std::vector<float>> stylised = state_->match_colours(frames);
+  for (std::vector<float>& frame : stylised) state_->colours.apply(frame);
+  return stylised;
 }
 
 void FrameStylizer::set_style(const cv::Mat& picture, const ContentNorm& norm,

@@ -1,16 +1,27 @@
 #pragma once
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "vivant/jobs/film_renderer.hpp"
 #include "vivant/jobs/look.hpp"
+#include "vivant/model/frame_stylizer.hpp"
+#include "vivant/model/style_score.hpp"
 
 namespace vivant {
 
-/// How far features and colours are moved to the painting's: further than for single pictures, because
-/// rendered features are smoother than a picture's, and the mean over frames (film_frames.hpp) takes contrast
-/// from the strokes, which style scores count (docs/evaluation.md).
-constexpr double film_feature_match = 1.75, film_colour_match = 0.8;
+/// How far features may be moved to the painting's. Rendered features are smoother than a picture's, the more
+/// the shorter the training, so that some must go beyond.
+inline constexpr std::array film_feature_matches = {1.0, 1.25, 1.5, 1.75};
+/// How far colours are moved: further than for single pictures, because the mean over frames
+/// (film_frames.hpp) takes contrast from the strokes, which style scores count.
+constexpr double film_colour_match = 0.8;
+
+/// Sets and returns the least of `film_feature_matches` by which views of this size come about as near to the
+/// painting of the meter as by any: further costs steadiness and makes colours that the painting does not
+/// have. The stylizer's style must be set.
+double choose_feature_match(FrameStylizer& stylizer, StyleMeter& meter, std::span<const RenderedFrame> views,
+                            cv::Size size);
 
 /// The layers that must be painted for the frame in this look, to be put together by the person's share of
 /// each pixel; one where they share a style or are alone.

@@ -24,8 +24,8 @@ enum class Layer { scene, person };
 /// How a film is painted.
 struct Look {
   StyleMixture person, scene;  ///< equal ones: the picture is painted as a whole
-  double strength = 1;  ///< 0: the reconstruction, 1: the whole style (film_feature_match, film_colour_match)
-  bool keep_colour = false;  ///< the painting's luma, the reconstruction's chroma
+  double strength = 1;         ///< 0: the reconstruction, 1: the whole style (film_stylizer.hpp)
+  bool keep_colour = false;    ///< the painting's luma, the reconstruction's chroma
 
   /// The same style for both layers.
   static Look whole(const StyleMixture& style) { return {style, style}; }
