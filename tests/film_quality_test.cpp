@@ -109,6 +109,10 @@ TEST_CASE("report: one page that holds all, and Markdown") {
   CHECK(contains(page, "<tr><td>second</td><td>-</td></tr>"));
   CHECK(contains(page, "<circle"));  // the last point of the first curve stands alone
   CHECK(!contains(page, "nan"));
+  std::string numbers;  // at the axes
+  for (std::size_t at = page.find("</text>"); at != std::string::npos; at = page.find("</text>", at + 1))
+    numbers += page.substr(page.rfind('>', at) + 1, at - page.rfind('>', at) - 1) + " ";
+  CHECK(numbers == "0 0.5 1 1.5 2 0 1 2 3 frame ");
   CHECK(contains(read_whole_file(folder / "report/report.md"),
                  "| film | RMSE |\n|---|---|\n| first | 0.250 |"));
   CHECK(contains(read_whole_file(folder / "report/report.json"), "\"a\": 1"));

@@ -64,6 +64,19 @@ struct Axes {
   double y(double value) const { return top + (high - value) / (high - low) * (height - top - bottom); }
 };
 
+/// Three to six round numbers from low to high: multiples of 1, 2 or 5 times a power of ten, at least
+/// `least`.
+std::vector<double> ticks(double low, double high, double least) {
+  const double wanted = std::max((high - low) / 5, least),
+               power = std::pow(10, std::floor(std::log10(wanted)));
+  double step = power;
+  for (const double factor : {2.0, 5.0, 10.0})
+    if (step < wanted) step = factor * power;
+  std::vector<double> values;
+  for (double i = std::ceil(low / step); i <= high / step; ++i) values.push_back(i * step + 0.0);  // no -0
+  return values;
+}
+
 /// The line of a curve, broken where there is no value; a point alone is a dot.
 std::string line(const Axes& axes, const std::vector<double>& values, const char* colour) {
   std::string svg;
@@ -86,17 +99,16 @@ std::string svg_of(const Report::Plot& plot) {
   const Axes axes(plot.curves);
   std::string svg = fmt::format("<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\">\n", Axes::width,
                                 Axes::height, Axes::width, Axes::height);
-  for (int tick = 0; tick <= 4; ++tick) {
-    const double value = axes.low + tick / 4.0 * (axes.high - axes.low), at = axes.y(value);
+  for (const double value : ticks(axes.low, axes.high, 0)) {
+    const double at = axes.y(value);
     svg += fmt::format(
         "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" "
-        "y=\"{4:.1f}\" "
-        "text-anchor=\"end\">{5:.3g}</text>\n",
+        "y=\"{4:.1f}\" text-anchor=\"end\">{5:.4g}</text>\n",
         Axes::left, Axes::width - Axes::right, at, Axes::left - 4, at + 4, value);
-    const double frame = std::round(tick / 4.0 * axes.count);
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", axes.x(frame),
-                       Axes::height - Axes::bottom + 16, frame);
   }
+  for (const double frame : ticks(0, axes.count, 1))
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.0f}</text>\n", axes.x(frame),
+                       Axes::height - Axes::bottom + 16, frame);
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", Axes::width / 2,
                      Axes::height - 4, escaped(plot.x));
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
