@@ -23,6 +23,7 @@ std::vector<cv::Mat> moving(const char* name) {
   cv::resize(read_image(asset_path(std::string("styles/") + name)), painted, {width + step * count, height},
              0, 0, cv::INTER_AREA);
   std::vector<cv::Mat> frames;
+  frames.reserve(count);
   for (int t = 0; t < count; ++t) frames.push_back(painted.colRange(step * t, step * t + width).clone());
   return frames;
 }

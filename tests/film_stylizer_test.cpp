@@ -16,7 +16,7 @@ TEST_CASE("film stylizer: features go no further than the painting asks for") {
   StylizerFixture f;
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   const cv::Size size(96, 64);
-  const cv::Mat painting = read_image(asset_path("styles/impasto.jpg"));
+  const cv::Mat painting = read_image(asset_path("styles/ink_wash.jpg"));
 
   std::vector<double> chosen;
   for (const double blur : {0.0, 4.0}) {

@@ -100,11 +100,11 @@ void HumanStep::loss_of_rays(Value planes, std::int64_t capacity) {
   if (human.alpha_weight > 0)
     add_term("alpha", multiply(alpha_loss(alpha, mask), alpha_decay_), human.alpha_weight);
   if (human.smpl_weight > 0)
-    add_term(
-        "smpl_rays",
-        body_loss(field.row_density, body_labels(samples.signed_distance, human.free_band, human.free_band),
-                  human.smpl_length),
-        human.smpl_weight);
+    add_term("smpl_rays",
+             body_loss(field.row_density,
+                       body_labels(samples.signed_distance, human.free_band, human.clothes_band),
+                       human.smpl_length),
+             human.smpl_weight);
   if (human.hard_weight > 0) add_term("hard", hard_loss(weights.weight), human.hard_weight);
   if (field.correction && human.correction_weight > 0)
     add_term("correction", l2_loss(field.correction, affine(graph_.detach(field.correction), 0)),
@@ -118,7 +118,7 @@ void HumanStep::loss_of_points(Value planes) {
     const Value density =
         model_.density(graph_, model_.features(graph_, planes, box.points), box.signed_distance);
     add_term("smpl_box",
-             body_loss(density, body_labels(box.signed_distance, human.free_band, human.free_band),
+             body_loss(density, body_labels(box.signed_distance, human.free_band, human.clothes_band),
                        human.smpl_length),
              human.smpl_weight);
   }

@@ -156,6 +156,7 @@ std::string Report::text() const {
   std::string result;
   for (const Table& table : tables) {
     std::vector<std::size_t> widths;
+    widths.reserve(table.header.size());
     for (const std::string& title : table.header) widths.push_back(title.size());
     for (const std::vector<std::string>& row : table.rows)
       for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
