@@ -55,6 +55,8 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK(config.human.error_input == "observed");
   CHECK_FALSE(config.human.shading);
   CHECK(config.human.corrections == "learned");
+  CHECK(config.human.clothes_band == 0.02);
+  CHECK(parse_run_config("[human]\nfree_band = 0.05\n", "config.toml").human.clothes_band == 0.05);
   CHECK(config.scene.plane_scales == 3);
   CHECK(parse_run_config("[scene]\nplane_size = 96\n", "config.toml").scene.plane_scales == 1);
   const Config today = preset_config("demo");

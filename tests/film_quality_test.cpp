@@ -117,5 +117,9 @@ TEST_CASE("report: one page that holds all, and Markdown") {
   CHECK(contains(read_whole_file(folder / "report/report.md"),
                  "| film | RMSE |\n|---|---|\n| first | 0.250 |"));
   CHECK(contains(read_whole_file(folder / "report/report.json"), "\"a\": 1"));
+  const Report flat{
+      "Flat", {}, {}, {{"Curve", "frame", "RMSE", {{"first", {0.1, std::nextafter(0.1, 1.0)}}}}}, {}};
+  write_report(folder / "flat", flat, {});
+  CHECK(contains(read_whole_file(folder / "flat/index.html"), ">0.1</text>"));
   CHECK(report.text() == "film     RMSE\nfirst   0.250\nsecond      -\n");
 }

@@ -193,6 +193,8 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"human.corrections", "learned"},
                                     {"scene.weight_threshold", "0"}})
     if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));
+  if (!table.at_path("human.clothes_band"))  // the free band was that of both sides
+    settings.push_back(fmt::format("human.clothes_band={}", table.at_path("human.free_band").value_or(0.02)));
   return parse_config("", text, source, settings);
 }
 

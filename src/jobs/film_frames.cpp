@@ -114,10 +114,12 @@ LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
   const cv::Mat picture = mean(shot, look, layers[0]);
   LayerFrame result{plain.width, plain.height, {}, plain.alpha, plain.person, plain.depth, {}};
   result.rgb.assign(picture.ptr<float>(), picture.ptr<float>() + 3 * picture.total());
-  const cv::Mat person = layers.size() > 1 ? mean(shot, look, layers[1]) : picture;
-  for (std::size_t i = 0; i < plain.person.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      result.rgb[3 * i + c] += plain.person[i] * (person.ptr<float>()[3 * i + c] - result.rgb[3 * i + c]);
+  if (layers.size() > 1) {
+    const cv::Mat person = mean(shot, look, layers[1]);
+    for (std::size_t i = 0; i < plain.person.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        result.rgb[3 * i + c] += plain.person[i] * (person.ptr<float>()[3 * i + c] - result.rgb[3 * i + c]);
+  }
   for (std::size_t i = 0; i < result.alpha.size(); ++i)
     for (int c = 0; c < 3; ++c) result.rgb[3 * i + c] *= result.alpha[i];
   return result;

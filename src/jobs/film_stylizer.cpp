@@ -3,21 +3,25 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <opencv2/imgproc.hpp>
 
 #include "vivant/io/image.hpp"
+#include "vivant/model/style_score.hpp"
 
 namespace vivant {
 namespace {
 
 constexpr double near_enough = 1.01;  // of the least distance: less is steadier
 constexpr double most_scored_pixels = 512 * 288;
+constexpr int least_scored_side = 32;  // VGG-19 needs it up to relu5_1
 
 /// Colours in 0..1 as a picture, made smaller for the sake of memory and time.
 cv::Mat scored_picture(std::span<const float> rgb, cv::Size size) {
   cv::Mat picture;
   cv::Mat(size, CV_32FC3, const_cast<float*>(rgb.data())).convertTo(picture, CV_8U, 255);
-  const double factor = std::sqrt(most_scored_pixels / size.area());
+  const double factor = std::max(std::sqrt(most_scored_pixels / size.area()),
+                                 static_cast<double>(least_scored_side) / std::min(size.width, size.height));
   if (factor < 1) cv::resize(picture, picture, {}, factor, factor, cv::INTER_AREA);
   return picture;
 }
@@ -32,21 +36,30 @@ std::vector<float> seen_colours(const LayerFrame& frame) {
 
 }  // namespace
 
-double choose_feature_match(FrameStylizer& stylizer, StyleMeter& meter, std::span<const RenderedFrame> views,
+double choose_feature_match(Device& device, const Vgg19& vgg, FrameStylizer& stylizer,
+                            std::span<const StylePicture> paintings, std::span<const RenderedFrame> views,
                             cv::Size size) {
   std::array<double, film_feature_matches.size()> distances{};
-  for (std::size_t i = 0; i < distances.size(); ++i) {
+  std::deque<StyleMeter> meters;  // which cannot be moved
+  for (const StylePicture& painting : paintings) meters.emplace_back(device, vgg, painting.picture);
+  const bool scored = std::min(size.width, size.height) >= least_scored_side;
+  for (std::size_t i = 0; scored && i < distances.size(); ++i) {
     const std::vector<std::vector<float>> stylised =
         stylizer.set_feature_match(film_feature_matches[i], views);
-    for (std::size_t view = 0; view < views.size(); ++view)
-      distances[i] +=
-          meter.score(scored_picture(stylised[view], size), scored_picture(views[view].rgb, size)).statistics;
+    for (std::size_t view = 0; view < views.size(); ++view) {
+      const cv::Mat picture = scored_picture(stylised[view], size),
+                    content = scored_picture(views[view].rgb, size);
+      for (std::size_t k = 0; k < paintings.size(); ++k)
+        distances[i] += paintings[k].weight * meters[k].score(picture, content).statistics;
+    }
   }
   const double good = near_enough * *std::min_element(distances.begin(), distances.end());
-  const double* chosen = film_feature_matches.data();
-  for (const double* distance = distances.data(); *distance > good; ++distance) ++chosen;
-  stylizer.set_feature_match(*chosen, views);
-  return *chosen;
+  const std::size_t chosen =
+      std::find_if(distances.begin(), distances.end(), [&](double d) { return d <= good; }) -
+      distances.begin();
+  const double match = film_feature_matches[std::min(chosen, distances.size() - 1)];
+  stylizer.set_feature_match(match, views);
+  return match;
 }
 
 struct FilmStylizer::State {
@@ -108,8 +121,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
           FrameStylizer::Options{.colour_match = film_colour_match, .tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read(), views);
-      StyleMeter meter(device, state_->vgg, pictures.front().picture);
-      choose_feature_match(*stylizer, meter, views, size);
+      choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
       state_->painters.push_back({mixture, std::move(stylizer)});
     }
 }

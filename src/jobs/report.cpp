@@ -57,14 +57,15 @@ struct Axes {
         if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
     }
     if (!(low <= high)) low = 0, high = 1;
-    const double margin = high > low ? 0.05 * (high - low) : std::max(0.01, 0.05 * std::abs(high));
+    const double size = std::max(std::abs(low), std::abs(high));
+    const double margin = high - low > 1e-9 * size ? 0.05 * (high - low) : std::max(0.01, 0.05 * size);
     low -= margin, high += margin;
   }
   double x(double i) const { return left + i / count * (width - left - right); }
   double y(double value) const { return top + (high - value) / (high - low) * (height - top - bottom); }
 };
 
-/// Three to six round numbers from low to high: multiples of 1, 2 or 5 times a power of ten, at least
+/// Two to six round numbers from low to high: multiples of 1, 2 or 5 times a power of ten, at least
 /// `least`.
 std::vector<double> ticks(double low, double high, double least) {
   const double wanted = std::max((high - low) / 5, least),
@@ -72,8 +73,10 @@ std::vector<double> ticks(double low, double high, double least) {
   double step = power;
   for (const double factor : {2.0, 5.0, 10.0})
     if (step < wanted) step = factor * power;
-  std::vector<double> values;
-  for (double i = std::ceil(low / step); i <= high / step; ++i) values.push_back(i * step + 0.0);  // no -0
+  const double first = std::ceil(low / step);
+  const auto count = static_cast<std::size_t>(std::floor(high / step) - first) + 1;
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = (first + static_cast<double>(i)) * step + 0.0;  // no -0
   return values;
 }
 
@@ -103,7 +106,7 @@ std::string svg_of(const Report::Plot& plot) {
     const double at = axes.y(value);
     svg += fmt::format(
         "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" "
-        "y=\"{4:.1f}\" text-anchor=\"end\">{5:.4g}</text>\n",
+        "y=\"{4:.1f}\" text-anchor=\"end\">{5:.10g}</text>\n",
         Axes::left, Axes::width - Axes::right, at, Axes::left - 4, at + 4, value);
   }
   for (const double frame : ticks(0, axes.count, 1))

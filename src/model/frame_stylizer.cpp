@@ -359,6 +359,7 @@ void FrameStylizer::set_style(std::span<const StylePicture> styles, const Conten
 std::vector<std::vector<float>> FrameStylizer::set_feature_match(double match,
                                                                  std::span<const RenderedFrame> frames) {
   if (!state_->tile_executor) fail("a match is set before a style was");
+  if (frames.empty()) fail("a match needs at least one frame that it will be used on");
   state_->options.feature_match = match;
   std::vector<std::vector<float>> stylised = state_->match_colours(frames);
   for (std::vector<float>& frame : stylised) state_->colours.apply(frame);

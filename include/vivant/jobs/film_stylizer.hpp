@@ -6,7 +6,6 @@
 #include "vivant/jobs/film_renderer.hpp"
 #include "vivant/jobs/look.hpp"
 #include "vivant/model/frame_stylizer.hpp"
-#include "vivant/model/style_score.hpp"
 
 namespace vivant {
 
@@ -18,9 +17,10 @@ inline constexpr std::array film_feature_matches = {1.0, 1.25, 1.5, 1.75};
 constexpr double film_colour_match = 0.8;
 
 /// Sets and returns the least of `film_feature_matches` by which views of this size come about as near to the
-/// painting of the meter as by any: further costs steadiness and makes colours that the painting does not
-/// have. The stylizer's style must be set.
-double choose_feature_match(FrameStylizer& stylizer, StyleMeter& meter, std::span<const RenderedFrame> views,
+/// paintings, by their weights, as by any: further costs steadiness and makes colours that the paintings do
+/// not have. The paintings must be the stylizer's. Views with a side below 32 pixels are not scored: 1.
+double choose_feature_match(Device& device, const Vgg19& vgg, FrameStylizer& stylizer,
+                            std::span<const StylePicture> paintings, std::span<const RenderedFrame> views,
                             cv::Size size);
 
 /// The layers that must be painted for the frame in this look, to be put together by the person's share of
@@ -34,8 +34,8 @@ void check_can_stylise(const OpenRun& scene);
 class FilmStylizer {
  public:
   /// Uses the stylizer of `scene`, which must outlive this. `renderer` renders features; it makes the film's
-  /// reference frames, from which the colours are matched to the paintings. Throws Error for a run that has
-  /// learned no features yet, a picture that cannot be read, and views of several sizes.
+  /// reference frames, which say how far features go and from which colours are matched. Throws Error for a
+  /// run that has learned no features yet, a picture that cannot be read, and views of several sizes.
   FilmStylizer(Device& device, const OpenRun& scene, const Film& film, FilmRenderer& renderer,
                const std::vector<Look>& looks);
   ~FilmStylizer();

@@ -63,8 +63,8 @@ class FrameStylizer {
                  std::span<const RenderedFrame> frames);
   void set_style(const cv::Mat& picture, const ContentNorm& norm, std::span<const RenderedFrame> frames);
 
-  /// Another `Options::feature_match` for the style that was set; the colours are matched anew. Returns the
-  /// frames in the style, as `stylise` would.
+  /// Another `Options::feature_match`, for later styles too; the colours are matched anew. Returns the frames
+  /// in the style that was set, as `stylise` would.
   std::vector<std::vector<float>> set_feature_match(double match, std::span<const RenderedFrame> frames);
   /// Other statistics of norm(c) for the style that was set.
   void set_norm(const ContentNorm& norm);
