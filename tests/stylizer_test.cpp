@@ -54,6 +54,31 @@ double fit_read_out(StylizerFixture& f) {
   return start_read_out(f.store, f.stylizer, f.initializer, samples, colours);
 }
 
+/// How far, by root mean square, what the attention finds in a random style is from the mean of its values.
+double spread_of_found(StylizerOptions options) {
+  constexpr std::int64_t side = 8, tokens = side * side, C = Stylizer::features;
+  options.deviation_scale = 0;
+  StylizerFixture f(options);
+  Graph graph;
+  const Value features = graph.input("features", {side, side, C}),
+              luma = graph.input("luma", {side, side, 1});
+  const StyleTokens style = f.stylizer.style_tokens(graph, features, luma);
+  const ContentStatistics statistics = f.stylizer.statistics(f.stylizer.content(graph, features), luma);
+  const Value found = f.stylizer.attend(graph, features, luma, style, statistics);
+  Executor executor(f.device, graph, {found, style.values});
+  executor.write(features, f.initializer.normal("features", features.elements(), 1));
+  executor.write(luma, f.initializer.normal("luma", luma.elements(), 1));
+  executor.run();
+  const std::vector<float> got = executor.read(found), values = executor.read(style.values);
+  double sum = 0;
+  for (std::int64_t c = 0; c < C; ++c) {
+    double mean = 0;
+    for (std::int64_t t = 0; t < tokens; ++t) mean += values[t * C + c] / static_cast<double>(tokens);
+    for (std::int64_t i = 0; i < tokens; ++i) sum += std::pow(got[i * C + c] - mean, 2);
+  }
+  return std::sqrt(sum / static_cast<double>(tokens * C));
+}
+
 /// Stylises a picture in tiles of several sizes, and in one.
 void check_tiles(StylizerFixture& f) {
   const cv::Mat shown = picture("cubist.jpg", 64, 80), style = read_image(asset_path("styles/impasto.jpg"));
@@ -83,6 +108,18 @@ TEST_CASE("stylizer: the least-squares start decodes a picture that it was not f
     const cv::Mat other = picture("impasto.jpg", 96, 96);
     CHECK(psnr(f.reconstruct(other), values_of(other)) > 17);
   }
+}
+
+TEST_CASE(
+    "stylizer: the less features and luma weigh in the logits, the nearer to the mean is what is found") {
+  const auto spread = [](double feature_weight, double luma_weight) {
+    return spread_of_found({.feature_weight = feature_weight, .luma_weight = luma_weight});
+  };
+  CHECK(spread(0, 0) < tolerance(1e-5));
+  CHECK(spread(0, 1) > 0.05);
+  CHECK(spread(0, 8) > 1.5 * spread(0, 1));
+  CHECK(spread(0.1, 0) > 0.05);
+  CHECK(spread(1, 0) > 1.5 * spread(0.1, 0));
 }
 
 TEST_CASE("stylizer: tiles do not show, whatever the frame's size; strength 0 is the reconstruction") {

@@ -60,7 +60,7 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
     settings["frames_averaged"] = 2 * Film::reach + 1;
     settings["most_detail"] = most_detail;
     settings["feature_matches"] = film_feature_matches;
-    settings["colour_match"] = film_colour_match;
+    settings["colour_match"] = FrameStylizer::Options{}.colour_match;
     settings["strength"] = film.look.strength;
     settings["keep_colour"] = film.look.keep_colour;
   }

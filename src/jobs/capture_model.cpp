@@ -61,7 +61,8 @@ HumanOptions human_options(const Config& config, bool exact_poses) {
 StylizerOptions stylizer_options(const Config& config) {
   StylizerOptions options;
   options.cosine = config.style.attention == "cosine";
-  if (options.cosine) options.luma_weight = 0;
+  options.feature_weight = config.style.feature_weight;
+  options.luma_weight = options.cosine ? 0 : config.style.luma_weight;
   return options;
 }
 

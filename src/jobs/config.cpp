@@ -191,7 +191,9 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"human.error_input", "observed"},
                                     {"human.shading", "false"},
                                     {"human.corrections", "learned"},
-                                    {"scene.weight_threshold", "0"}})
+                                    {"scene.weight_threshold", "0"},
+                                    {"style.feature_weight", "1"},
+                                    {"style.luma_weight", "8"}})
     if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));
   if (!table.at_path("human.clothes_band"))  // the free band was that of both sides
     settings.push_back(fmt::format("human.clothes_band={}", table.at_path("human.free_band").value_or(0.02)));

@@ -119,7 +119,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       for (const StyleShare& share : mixture) pictures.push_back({read_image(share.picture), share.weight});
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
-          FrameStylizer::Options{.colour_match = film_colour_match, .tokens = scene.config.style.tokens});
+          FrameStylizer::Options{.tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read(), views);
       choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
       state_->painters.push_back({mixture, std::move(stylizer)});

@@ -51,7 +51,8 @@ Value local_target(Graph& graph, const Stylizer& stylizer, Value features, Value
                    const StyleTokens& style) {
   const StylizerOptions& options = stylizer.options();
   const Value normal = mean_variance_norm(features);
-  const double scale = logit_scale_times_channels / static_cast<double>(features.shape().channels());
+  const double scale =
+      options.feature_weight * logit_scale_times_channels / static_cast<double>(features.shape().channels());
   const Value queries =
       guided_queries(graph, affine(normal, scale), luma_for(luma, features), options.luma_weight);
   return adaptive_normalisation(queries, normal, style, options);

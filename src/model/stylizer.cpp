@@ -155,7 +155,8 @@ Value Stylizer::detail(Value luma) const {
 
 StyleTokens Stylizer::style_tokens(Graph& graph, Value features, Value luma) const {
   const auto rows = [&](Value x) { return graph.reshape(x, {x.shape().rows(), x.shape().channels()}); };
-  const Value keys = fully_connected(graph, "key", rows(mean_variance_norm(features)));
+  const Value keys =
+      affine(fully_connected(graph, "key", rows(mean_variance_norm(features))), options_.feature_weight);
   const Value values = fully_connected(graph, "value", rows(features));
   const Value standard_luma = options_.luma_weight > 0 ? rows(mean_variance_norm(luma)) : Value{};
   return guided_tokens(graph, keys, values, standard_luma, options_.luma_weight);

@@ -38,7 +38,7 @@ class FrameStylizer {
   struct Options {
     int tile = 64;               ///< features a side, without the halo
     double feature_match = 1;    ///< how far features are moved to the stylised ones; above 1 beyond them
-    double colour_match = 0.6;   ///< how far colours are moved to the painting's; 0: not, as the paper
+    double colour_match = 0.8;   ///< how far colours are moved to the painting's; 0: not, as the paper
     std::int64_t tokens = 4096;  ///< of a style, at most
 
     /// Those of the stylizer's form: AdaAttN's own go without the colour match.

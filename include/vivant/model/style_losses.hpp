@@ -50,7 +50,7 @@ StyleTarget style_target(Graph& graph, const Stylizer& stylizer, Value rgb, cons
 
 /// Weights of stage 3.
 struct StyleWeights {
-  double global = 30;       ///< mean and deviation of relu2_1 to relu5_1
+  double global = 100;      ///< mean and deviation of relu2_1 to relu5_1
   double first_layer = 10;  ///< the same of relu1_1
   double local = 1;         ///< the attention targets of relu3_1 to relu5_1
   double content = 0.5;     ///< normalised relu4_1 and relu5_1 of the content
