@@ -187,3 +187,20 @@ TEST_CASE(
   }
   CHECK(small_capture().human->exact);  // vivant synth says so of what it makes
 }
+
+TEST_CASE("capture model: the stylizer's attention is that of the settings, by default the shipped one's") {
+  const auto options_of = [](const std::vector<std::string>& settings) {
+    return CaptureModel(test_device(), load_config("demo", std::nullopt, settings), small_capture())
+        .stylizer()
+        .options();
+  };
+  const StylizerOptions shipped, usual = options_of({}),
+                                 own = options_of({"style.feature_weight=0.7", "style.luma_weight=3"}),
+                                 cosine = options_of({"style.attention=cosine", "style.luma_weight=3"});
+  CHECK(usual.feature_weight == shipped.feature_weight);
+  CHECK(usual.luma_weight == shipped.luma_weight);
+  CHECK(own.feature_weight == 0.7);
+  CHECK(own.luma_weight == 3);
+  CHECK(cosine.cosine);
+  CHECK(cosine.luma_weight == 0);
+}

@@ -25,8 +25,11 @@ Rates rates_of(const Stylizer& stylizer) {
 
 /// What a run must agree in to be gone on with.
 std::string description(const PretrainStylizerOptions& options) {
+  const StylizerOptions form = StylizerOptions::of_form(options.form);
   return fmt::format("seed = {}\ninversion_steps = {}\nstyle_steps = {}\n", options.seed,
                      options.inversion_steps, options.style_steps) +
+         fmt::format("feature_weight = {}\nluma_weight = {}\nglobal_weight = {}\n", form.feature_weight,
+                     form.luma_weight, StyleWeights{}.global) +
          (options.form == "guided" ? "" : fmt::format("form = \"{}\"\n", options.form));
 }
 

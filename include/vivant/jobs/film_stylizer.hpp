@@ -12,6 +12,7 @@ namespace vivant {
 /// How far features may be moved to the painting's. Rendered features are smoother than a picture's, the more
 /// the shorter the training, so that some must go beyond.
 inline constexpr std::array film_feature_matches = {1.0, 1.25, 1.5, 2.0};
+
 /// Sets and returns the least of `film_feature_matches` by which views of this size come about as near to the
 /// paintings, by their weights, as by any: further costs steadiness and makes colours that the paintings do
 /// not have. The paintings must be the stylizer's. Views with a side below 32 pixels are not scored: 1.
