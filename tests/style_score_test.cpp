@@ -28,6 +28,10 @@ TEST_CASE("style score: nearest for the painting itself, far for others; content
   CHECK(other.gram > 0.3);
   CHECK(other.content > 0.8);
   CHECK(other.content < 1.5);
+  const StyleScore alone = meter.distance(mosaic);
+  CHECK(alone.statistics == other.statistics);
+  CHECK(alone.gram == other.gram);
+  CHECK(alone.content == 0);
 
   // Mirrored, a picture keeps its style and loses its content.
   cv::Mat mirrored;

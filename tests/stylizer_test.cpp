@@ -10,6 +10,7 @@
 #include "vivant/io/assets.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/io/safetensors.hpp"
+#include "vivant/model/detail_match.hpp"
 #include "vivant/model/frame_stylizer.hpp"
 #include "vivant/model/read_out.hpp"
 #include "vivant/ops/conv2d.hpp"
@@ -198,7 +199,8 @@ TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with
   const std::vector<float> features = f.features(shown);
   const std::span<const float> rgb = values_of(shown);
   const RenderedFrame frame{features, rgb};
-  FrameStylizer quick(f.device, f.stylizer, f.vgg, 64, 80, {.tile = 9, .colour_match = 0, .tokens = 12 * 16});
+  FrameStylizer quick(f.device, f.stylizer, f.vgg, 64, 80,
+                      {.tile = 9, .colour_match = 0, .detail_match = 0, .tokens = 12 * 16});
   quick.set_style(style, quick.measure({&frame, 1}), {&frame, 1});
 
   Graph graph;
@@ -221,8 +223,9 @@ TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with
   CHECK(largest_difference(got, plain) < 1e-4);
   CHECK(largest_difference(got, {rgb.begin(), rgb.end()}) > 0.2);
   // Features that are moved twice as far are where they were at half the strength.
-  FrameStylizer further(f.device, f.stylizer, f.vgg, 64, 80,
-                        {.tile = 9, .feature_match = 2, .colour_match = 0, .tokens = 12 * 16});
+  FrameStylizer further(
+      f.device, f.stylizer, f.vgg, 64, 80,
+      {.tile = 9, .feature_match = 2, .colour_match = 0, .detail_match = 0, .tokens = 12 * 16});
   further.set_style(style, further.measure({&frame, 1}), {&frame, 1});
   CHECK(largest_difference(further.stylise(frame, 0.5), got) < 1e-5);
   CHECK(largest_difference(further.stylise(frame, 1), got) > 0.05);
@@ -272,4 +275,28 @@ TEST_CASE("stylizer: weights of another form are one clear line") {
       Error);
   ParameterStore store;
   CHECK_THROWS_AS(Stylizer(store, cosine.initializer, StylizerOptions{.mirrored = true}), Error);
+}
+
+TEST_CASE("stylizer: a frame's detail is raised to the painting's, by the strength of the style") {
+  StylizerFixture f;
+  load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
+  cv::Mat shown = picture("ink_wash.jpg", 96, 96);
+  cv::GaussianBlur(shown, shown, {}, 3);
+  const std::vector<float> features = f.features(shown);
+  const RenderedFrame frame{features, values_of(shown)};
+  const auto finest = [&](double amount, double strength) {
+    FrameStylizer stylizer(f.device, f.stylizer, f.vgg, 96, 96, {.detail_match = amount, .tokens = 256});
+    const ContentNorm norm = stylizer.measure({&frame, 1});
+    stylizer.set_style(read_image(asset_path("styles/pointillism.jpg")), norm, {&frame, 1});
+    std::vector<float> rgb = stylizer.stylise(frame, strength);
+    DetailStrength detail;
+    detail.add(cv::Mat(96, 96, CV_32FC3, rgb.data()));
+    return std::sqrt(detail.mean_squares[0]);
+  };
+  const double before = finest(0, 1), after = finest(1, 1);
+  CHECK(after > 1.2 * before);
+  CHECK(after < 1.1 * largest_gain * before);
+  CHECK(finest(0.5, 1) > 1.05 * before);
+  CHECK(finest(0.5, 1) < 0.95 * after);
+  CHECK(finest(1, 0) == doctest::Approx(finest(0, 0)));
 }

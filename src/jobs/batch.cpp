@@ -61,6 +61,7 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
     settings["most_detail"] = most_detail;
     settings["feature_matches"] = film_feature_matches;
     settings["colour_match"] = FrameStylizer::Options{}.colour_match;
+    settings["detail_match"] = FrameStylizer::Options{}.detail_match;
     settings["strength"] = film.look.strength;
     settings["keep_colour"] = film.look.keep_colour;
   }

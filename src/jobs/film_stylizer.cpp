@@ -1,7 +1,6 @@
 #include "vivant/jobs/film_stylizer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 #include <opencv2/imgproc.hpp>
@@ -39,25 +38,30 @@ std::vector<float> seen_colours(const LayerFrame& frame) {
 double choose_feature_match(Device& device, const Vgg19& vgg, FrameStylizer& stylizer,
                             std::span<const StylePicture> paintings, std::span<const RenderedFrame> views,
                             cv::Size size) {
-  std::array<double, film_feature_matches.size()> distances{};
   std::deque<StyleMeter> meters;  // which cannot be moved
   for (const StylePicture& painting : paintings) meters.emplace_back(device, vgg, painting.picture);
-  const bool scored = std::min(size.width, size.height) >= least_scored_side;
-  for (std::size_t i = 0; scored && i < distances.size(); ++i) {
-    const std::vector<std::vector<float>> stylised =
-        stylizer.set_feature_match(film_feature_matches[i], views);
-    for (std::size_t view = 0; view < views.size(); ++view) {
-      const cv::Mat picture = scored_picture(stylised[view], size),
-                    content = scored_picture(views[view].rgb, size);
+  std::vector<RenderedFrame> scored;
+  if (std::min(size.width, size.height) >= least_scored_side)
+    for (std::size_t i = 0; i < views.size(); i += 2) scored.push_back(views[i]);
+
+  std::vector<double> distances;
+  while (!scored.empty() && distances.size() < film_feature_matches.size() &&
+         (distances.size() < 2 || distances.back() <= distances.end()[-2])) {
+    double distance = 0;
+    for (const std::vector<float>& stylised :
+         stylizer.set_feature_match(film_feature_matches[distances.size()], scored)) {
+      const cv::Mat picture = scored_picture(stylised, size);
       for (std::size_t k = 0; k < paintings.size(); ++k)
-        distances[i] += paintings[k].weight * meters[k].score(picture, content).statistics;
+        distance += paintings[k].weight * meters[k].distance(picture).statistics;
     }
+    distances.push_back(distance);
   }
-  const double good = near_enough * *std::min_element(distances.begin(), distances.end());
-  const std::size_t chosen =
-      std::find_if(distances.begin(), distances.end(), [&](double d) { return d <= good; }) -
-      distances.begin();
-  const double match = film_feature_matches[std::min(chosen, distances.size() - 1)];
+  double match = film_feature_matches[0];
+  if (!distances.empty()) {
+    const double good = near_enough * *std::min_element(distances.begin(), distances.end());
+    const auto chosen = std::find_if(distances.begin(), distances.end(), [&](double d) { return d <= good; });
+    match = film_feature_matches[chosen - distances.begin()];
+  }
   stylizer.set_feature_match(match, views);
   return match;
 }
@@ -120,7 +124,8 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
           FrameStylizer::Options{.tokens = scene.config.style.tokens});
-      stylizer->set_style(pictures, scene.model->content_norm().read(), views);
+      // The choice matches the colours of all views.
+      stylizer->set_style(pictures, scene.model->content_norm().read(), {views.data(), 1});
       choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
       state_->painters.push_back({mixture, std::move(stylizer)});
     }

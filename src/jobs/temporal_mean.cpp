@@ -1,10 +1,10 @@
 #include "vivant/jobs/temporal_mean.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "vivant/jobs/flow.hpp"
+#include "vivant/model/detail_match.hpp"
 
 namespace vivant {
 namespace {
@@ -23,13 +23,6 @@ cv::Mat squared_difference(const cv::Mat& a, const cv::Mat& b) {
       const cv::Vec3f difference = a.at<cv::Vec3f>(y, x) - b.at<cv::Vec3f>(y, x);
       result.at<float>(y, x) = difference.dot(difference) / 3;
     }
-  return result;
-}
-
-cv::Mat blurred(const cv::Mat& picture, double scale) {
-  if (scale == 0) return picture;
-  cv::Mat result;
-  cv::GaussianBlur(picture, result, {}, scale);
   return result;
 }
 
@@ -87,16 +80,15 @@ TemporalMean temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>&
 }
 
 cv::Mat with_detail_of(const cv::Mat& picture, const TemporalMean& mean) {
-  constexpr double scales[] = {3, 1, 0.5, 0};
   // Fully where three pictures went into the mean.
   const cv::Mat averaged = mean.weights > 1, share = cv::min(0.5 * (mean.weights - 1), 1);
   cv::Mat shares, added = cv::Mat::zeros(picture.size(), CV_32FC3);
   cv::merge(std::vector<cv::Mat>(3, share), shares);
-  for (std::size_t i = 0; i + 1 < std::size(scales); ++i) {
-    const cv::Mat band = blurred(mean.colours, scales[i + 1]) - blurred(mean.colours, scales[i]);
-    const cv::Mat aim = blurred(picture, scales[i + 1]) - blurred(picture, scales[i]);
-    const double now = cv::norm(band, cv::NORM_L2, averaged), wanted = cv::norm(aim, cv::NORM_L2, averaged);
-    if (now > 0) added += (std::clamp(wanted / now, 1.0, most_detail) - 1) * band;
+  const DetailBands bands = detail_bands(mean.colours), aims = detail_bands(picture);
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const double now = cv::norm(bands[i], cv::NORM_L2, averaged),
+                 wanted = cv::norm(aims[i], cv::NORM_L2, averaged);
+    if (now > 0) added += (std::clamp(wanted / now, 1.0, most_detail) - 1) * bands[i];
   }
   return mean.colours + added.mul(shares);
 }

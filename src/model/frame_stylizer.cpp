@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "vivant/graph/executor.hpp"
+#include "vivant/model/detail_match.hpp"
 
 namespace vivant {
 namespace {
@@ -88,6 +89,13 @@ struct HostTokens {
   std::optional<Tensor> bias;
 };
 
+/// What colours and detail are matched with.
+struct Painting {
+  double share;
+  ColourStatistics colours;
+  DetailStrength detail;
+};
+
 /// The shares of the styles, which sum up to 1.
 std::vector<double> shares_of(std::span<const StylePicture> styles) {
   double sum = 0;
@@ -121,13 +129,15 @@ struct FrameStylizer::State {
 
   void set_style(std::span<const StylePicture> styles, const ContentNorm& norm);
   void set_norm(const ContentNorm& norm);
-  /// Returns the frames in the style before their colours are matched.
-  std::vector<std::vector<float>> match_colours(std::span<const RenderedFrame> frames);
+  /// Returns the frames in the style, colours and detail matched.
+  std::vector<std::vector<float>> match(std::span<const RenderedFrame> frames);
   HostTokens tokens_of(const cv::Mat& rgb8);
   ContentNorm measure(std::span<const RenderedFrame> frames);
   /// Luma at a quarter and detail of a frame.
   void look_at(const RenderedFrame& frame);
   std::vector<float> stylise(const RenderedFrame& frame, double strength);
+  /// Colours of a frame as a picture that shares them.
+  cv::Mat picture_of(std::vector<float>& rgb) const;
 
   Device& device;
   const Stylizer& stylizer;
@@ -138,8 +148,9 @@ struct FrameStylizer::State {
   const std::int64_t tile_rows, tile_columns;  ///< of a tile, without its halo
   const std::int64_t halo;                     ///< features around a tile
   const std::int64_t samples;                  ///< features of a frame from which statistics are taken
-  std::vector<std::pair<double, ColourStatistics>> paintings;  ///< by share
+  std::vector<Painting> paintings;
   ColourTransform colours;
+  DetailTransform details;
 
   // From the colours of a whole frame: luma and detail.
   Graph frame_graph;
@@ -226,8 +237,10 @@ void FrameStylizer::State::set_style(std::span<const StylePicture> styles, const
   Value stylised;
   paintings.clear();
   for (std::size_t i = 0; i < styles.size(); ++i) {
-    paintings.emplace_back(shares[i], ColourStatistics());
-    paintings.back().second.add(floats_of(style_picture(styles[i].picture, options.tokens)));
+    const cv::Mat picture = style_picture(styles[i].picture, options.tokens);
+    Painting& painting = paintings.emplace_back(Painting{shares[i], {}, {}});
+    painting.colours.add(floats_of(picture));
+    painting.detail.add(picture);
     HostTokens tokens = tokens_of(styles[i].picture);
     const StyleTokens here = {copied("keys", std::move(tokens.keys)),
                               tokens.bias ? copied("bias", std::move(*tokens.bias)) : Value{},
@@ -250,7 +263,11 @@ void FrameStylizer::State::set_norm(const ContentNorm& norm) {
   for (std::size_t i = 0; i < targets.size(); ++i) tile_executor->write(targets[i], *measured[i]);
 }
 
-std::vector<std::vector<float>> FrameStylizer::State::match_colours(std::span<const RenderedFrame> frames) {
+cv::Mat FrameStylizer::State::picture_of(std::vector<float>& rgb) const {
+  return {static_cast<int>(height), static_cast<int>(width), CV_32FC3, rgb.data()};
+}
+
+std::vector<std::vector<float>> FrameStylizer::State::match(std::span<const RenderedFrame> frames) {
   std::vector<std::vector<float>> stylised;
   ColourStatistics rendered;
   for (const RenderedFrame& frame : frames) {
@@ -258,10 +275,21 @@ std::vector<std::vector<float>> FrameStylizer::State::match_colours(std::span<co
     rendered.add(stylised.back());
   }
   colours = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
-  for (const auto& [share, painting] : paintings) {
-    const ColourTransform own = vivant::match_colours(rendered, painting, options.colour_match);
-    colours.matrix += share * own.matrix;
-    colours.offset += share * own.offset;
+  DetailStrength before, aim;
+  for (const Painting& painting : paintings) {
+    const ColourTransform own = match_colours(rendered, painting.colours, options.colour_match);
+    colours.matrix += painting.share * own.matrix;
+    colours.offset += painting.share * own.offset;
+    aim.mix(painting.detail, painting.share);
+  }
+  for (std::vector<float>& frame : stylised) {
+    colours.apply(frame);
+    before.add(picture_of(frame));
+  }
+  details = match_detail(before, aim, options.detail_match);
+  for (std::vector<float>& frame : stylised) {
+    cv::Mat picture = picture_of(frame);
+    details.apply(picture);
   }
   return stylised;
 }
@@ -353,7 +381,7 @@ void FrameStylizer::set_style(std::span<const StylePicture> styles, const Conten
   if (styles.empty()) fail("a style needs at least one picture");
   if (frames.empty()) fail("a style needs at least one frame that it will be used on");
   state_->set_style(styles, norm);
-  state_->match_colours(frames);
+  state_->match(frames);
 }
 
 std::vector<std::vector<float>> FrameStylizer::set_feature_match(double match,
@@ -361,9 +389,7 @@ std::vector<std::vector<float>> FrameStylizer::set_feature_match(double match,
   if (!state_->tile_executor) fail("a match is set before a style was");
   if (frames.empty()) fail("a match needs at least one frame that it will be used on");
   state_->options.feature_match = match;
-  std::vector<std::vector<float>> stylised = state_->match_colours(frames);
-  for (std::vector<float>& frame : stylised) state_->colours.apply(frame);
-  return stylised;
+  return state_->match(frames);
 }
 
 void FrameStylizer::set_style(const cv::Mat& picture, const ContentNorm& norm,
@@ -384,6 +410,10 @@ std::vector<float> FrameStylizer::stylise(const RenderedFrame& frame, double str
   transform.matrix = strength * transform.matrix + (1 - strength) * Eigen::Matrix3d::Identity();
   transform.offset *= strength;
   transform.apply(result);
+  DetailTransform details = state_->details;
+  for (double& gain : details.gains) gain = strength * gain + (1 - strength);
+  cv::Mat picture = state_->picture_of(result);
+  details.apply(picture);
   return result;
 }
 

@@ -91,19 +91,28 @@ StyleMeter::Description StyleMeter::describe(const cv::Mat& picture) {
   return description;
 }
 
-StyleScore StyleMeter::score(const cv::Mat& picture, const cv::Mat& content) {
-  if (picture.size() != content.size())
-    fail("style score: picture and content have different sizes, {}x{} and {}x{}", picture.cols, picture.rows,
-         content.cols, content.rows);
-  std::unique_ptr<Description>& style = paintings_[{picture.rows, picture.cols}];
-  if (!style) style = std::make_unique<Description>(describe(of_area(painting_, picture.size())));
-  const Description shown = describe(picture), plain = describe(content);
+StyleScore StyleMeter::distance(const Description& shown, cv::Size size) {
+  std::unique_ptr<Description>& style = paintings_[{size.height, size.width}];
+  if (!style) style = std::make_unique<Description>(describe(of_area(painting_, size)));
   StyleScore score;
   for (int layer = 0; layer < 5; ++layer) {
     score.statistics += relative_distance(shown.statistics[layer], style->statistics[layer]) / 5;
     score.gram += relative_distance(shown.gram[layer], style->gram[layer]) / 5;
   }
-  score.content = root_mean_square(shown.content, plain.content);
+  return score;
+}
+
+StyleScore StyleMeter::distance(const cv::Mat& picture) {
+  return distance(describe(picture), picture.size());
+}
+
+StyleScore StyleMeter::score(const cv::Mat& picture, const cv::Mat& content) {
+  if (picture.size() != content.size())
+    fail("style score: picture and content have different sizes, {}x{} and {}x{}", picture.cols, picture.rows,
+         content.cols, content.rows);
+  const Description shown = describe(picture);
+  StyleScore score = distance(shown, picture.size());
+  score.content = root_mean_square(shown.content, describe(content).content);
   return score;
 }
 

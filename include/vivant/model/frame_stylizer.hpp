@@ -39,12 +39,13 @@ class FrameStylizer {
     int tile = 64;               ///< features a side, without the halo
     double feature_match = 1;    ///< how far features are moved to the stylised ones; above 1 beyond them
     double colour_match = 0.8;   ///< how far colours are moved to the painting's; 0: not, as the paper
+    double detail_match = 1;     ///< how far detail is raised to the painting's; 0: not, as the paper
     std::int64_t tokens = 4096;  ///< of a style, at most
 
-    /// Those of the stylizer's form: AdaAttN's own go without the colour match.
+    /// Those of the stylizer's form: AdaAttN's own go without the matches of colours and detail.
     static Options of(const Stylizer& stylizer) {
       Options options;
-      if (stylizer.options().mirrored) options.colour_match = 0;
+      if (stylizer.options().mirrored) options.colour_match = options.detail_match = 0;
       return options;
     }
   };
@@ -57,14 +58,14 @@ class FrameStylizer {
   /// The statistics of norm(c) over all these frames together.
   ContentNorm measure(std::span<const RenderedFrame> frames);
   /// The style from now on: one painting, or several whose AdaAttN means and deviations are mixed by their
-  /// weights (only the ratios count). The colour match comes from `frames`, some of what will be stylised;
-  /// like the statistics it is frozen until the next call.
+  /// weights (only the ratios count). The matches of colours and detail come from `frames`, some of what will
+  /// be stylised; like the statistics they are frozen until the next call.
   void set_style(std::span<const StylePicture> styles, const ContentNorm& norm,
                  std::span<const RenderedFrame> frames);
   void set_style(const cv::Mat& picture, const ContentNorm& norm, std::span<const RenderedFrame> frames);
 
-  /// Another `Options::feature_match`, for later styles too; the colours are matched anew. Returns the frames
-  /// in the style that was set, as `stylise` would.
+  /// Another `Options::feature_match`, for later styles too; colours and detail are matched anew. Returns the
+  /// frames in the style that was set, as `stylise` would.
   std::vector<std::vector<float>> set_feature_match(double match, std::span<const RenderedFrame> frames);
   /// Other statistics of norm(c) for the style that was set.
   void set_norm(const ContentNorm& norm);
