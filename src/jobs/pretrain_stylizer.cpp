@@ -10,9 +10,9 @@
 namespace vivant {
 namespace {
 
-constexpr double inversion_decay = 0.1, style_decay = 0.2;  // of the rates, until the stage's end
+constexpr double inversion_decay = 0.1, style_decay = 0.05;  // of the rates, until the stage's end
 constexpr std::int64_t warm_up = 20, report_every = 10, save_every = 100, checkpoints_kept = 2;
-constexpr double reconstruction_in_style = 20;  // weight of the reconstruction between the steps of stage 3
+constexpr double reconstruction_in_style = 8;  // weight of the reconstruction between the steps of stage 3
 
 /// Learning rates of the stages. The mirrored decoder's first layer has nine times psi's inputs: at psi's
 /// rate its ReLUs die.
@@ -26,11 +26,12 @@ Rates rates_of(const Stylizer& stylizer) {
 /// What a run must agree in to be gone on with.
 std::string description(const PretrainStylizerOptions& options) {
   const StylizerOptions form = StylizerOptions::of_form(options.form);
-  return fmt::format("seed = {}\ninversion_steps = {}\nstyle_steps = {}\n", options.seed,
-                     options.inversion_steps, options.style_steps) +
-         fmt::format("feature_weight = {}\nluma_weight = {}\nglobal_weight = {}\n", form.feature_weight,
-                     form.luma_weight, StyleWeights{}.global) +
-         (options.form == "guided" ? "" : fmt::format("form = \"{}\"\n", options.form));
+  return fmt::format(
+      "seed = {}\ninversion_steps = {}\nstyle_steps = {}\nfeature_weight = {}\nluma_weight = {}\n"
+      "global_weight = {}\nreconstruction_weight = {}\n{}",
+      options.seed, options.inversion_steps, options.style_steps, form.feature_weight, form.luma_weight,
+      StyleWeights{}.global, reconstruction_in_style,
+      options.form == "guided" ? "" : fmt::format("form = \"{}\"\n", options.form));
 }
 
 class Pretraining {

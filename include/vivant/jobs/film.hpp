@@ -36,7 +36,7 @@ struct Shot {
 /// The plan of a film: its shots, in order.
 struct Film {
   /// How many shots before and after a shot its stylised picture depends on (film_frames.hpp).
-  static constexpr int reach = 2;
+  static constexpr int reach = 3;
   double fps = 24;
   std::vector<Shot> shots;
   std::vector<Shot> before,

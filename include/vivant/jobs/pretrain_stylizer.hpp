@@ -18,7 +18,7 @@ struct PretrainStylizerOptions {
   std::string form = "guided";   ///< see StylizerOptions::of_form
   std::uint64_t seed = 1;
   std::int64_t inversion_steps = 1000;  ///< psi and the decoder learn to turn features into colours
-  std::int64_t style_steps = 2000;      ///< then the losses of stage 3
+  std::int64_t style_steps = 2600;      ///< then the losses of stage 3
   bool resume = false;
 };
 
