@@ -50,7 +50,6 @@ void FilmFrames::forget_all_but(int first, int last) {
   const auto gone = [&](int shot) { return shot < first || shot > last; };
   std::erase_if(entries_, [&](const auto& one) { return gone(one.first); });
   const auto of_gone = [&](const auto& one) { return gone(one.first.first) || gone(one.first.second); };
-  std::erase_if(flows_, of_gone);
   std::erase_if(matches_, of_gone);
 }
 
@@ -73,23 +72,25 @@ const std::vector<float>& FilmFrames::painted(int shot, std::size_t look, Layer 
   return painted;
 }
 
-const FilmFrames::Flows& FilmFrames::flows(int from, int to) {
-  Flows& found = flows_[{from, to}];
-  if (found.dis.empty())
-    found = {surface_flow_.flow(surface(from), surface(to)),
-             dis_flow(to_picture(entry(from).frame), to_picture(entry(to).frame))};
-  return found;
+FilmFrames::Flows FilmFrames::flows(int from, int to) {
+  return {surface_flow_.flow(surface(from), surface(to)),
+          dis_flow(to_picture(entry(from).frame), to_picture(entry(to).frame))};
+}
+
+FilmFrames::Match FilmFrames::matched(int from, int to, const Flows& forward, const Flows& backward) {
+  const LayerFrame &first = entry(from).frame, &second = entry(to).frame;
+  const cv::Mat here = colours_of(first.rgb, first), there = colours_of(second.rgb, second);
+  const Correspondence found =
+      best_flow(here, there, {{forward.geometry, backward.geometry}, {forward.dis, backward.dis}});
+  return {found.flow, trust_in(here, there, surface(from).person, found)};
 }
 
 const FilmFrames::Match& FilmFrames::match(int from, int to) {
-  Match& known = matches_[{from, to}];
-  if (!known.flow.empty()) return known;
-  const LayerFrame &first = entry(from).frame, &second = entry(to).frame;
-  const cv::Mat here = colours_of(first.rgb, first), there = colours_of(second.rgb, second);
-  const Flows &forward = flows(from, to), &backward = flows(to, from);
-  const Correspondence found =
-      best_flow(here, there, {{forward.geometry, backward.geometry}, {forward.dis, backward.dis}});
-  return known = {found.flow, trust_in(here, there, surface(from).person, found)};
+  if (const auto known = matches_.find({from, to}); known != matches_.end()) return known->second;
+  // Both ways at once: flows are too large to be kept.
+  const Flows forward = flows(from, to), backward = flows(to, from);
+  matches_[{to, from}] = matched(to, from, backward, forward);
+  return matches_[{from, to}] = matched(from, to, forward, backward);
 }
 
 cv::Mat FilmFrames::mean(int shot, std::size_t look, Layer layer) {

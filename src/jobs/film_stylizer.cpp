@@ -124,7 +124,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
           FrameStylizer::Options{.tokens = scene.config.style.tokens});
-      // The choice matches the colours of all views.
+      // Matched anew, to all views, by the choice.
       stylizer->set_style(pictures, scene.model->content_norm().read(), {views.data(), 1});
       choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
       state_->painters.push_back({mixture, std::move(stylizer)});

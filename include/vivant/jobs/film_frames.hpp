@@ -41,11 +41,12 @@ class FilmFrames {
   struct Flows {
     cv::Mat geometry, dis;
   };
-  const Flows& flows(int from, int to);
+  Flows flows(int from, int to);
   /// Where the points of a shot are in another one, and how far to trust it.
   struct Match {
     cv::Mat flow, trust;
   };
+  Match matched(int from, int to, const Flows& forward, const Flows& backward);
   const Match& match(int from, int to);
   cv::Mat mean(int shot, std::size_t look, Layer layer);
 
@@ -56,7 +57,6 @@ class FilmFrames {
   std::optional<FilmStylizer> stylizer_;
   SurfaceFlow surface_flow_;
   std::map<int, Entry> entries_;
-  std::map<std::pair<int, int>, Flows> flows_;
   std::map<std::pair<int, int>, Match> matches_;
 };
 
