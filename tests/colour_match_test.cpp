@@ -28,7 +28,7 @@ ColourStatistics statistics(const std::vector<float>& pixels) {
 TEST_CASE("colour match: the full match takes on mean and covariance of the painting") {
   std::vector<float> picture = colours(1, {0.4, 0.5, 0.6}, {0.05, 0.06, 0.04});
   const ColourStatistics goal = statistics(colours(2, {0.6, 0.45, 0.4}, {0.06, 0.04, 0.05}));
-  match_colours(statistics(picture), goal, 1).apply(picture);
+  match_colours(statistics(picture), goal).apply(picture);
   const ColourStatistics after = statistics(picture);
   CHECK((after.mean - goal.mean).norm() < 1e-3);
   CHECK((after.covariance - goal.covariance).norm() < 1e-4);
@@ -37,7 +37,7 @@ TEST_CASE("colour match: the full match takes on mean and covariance of the pain
 TEST_CASE("colour match: eigenvalues are clamped, half the amount goes half the way") {
   const ColourStatistics from = statistics(colours(3, {0.5, 0.5, 0.5}, {0.01, 0.2, 0.1}));
   const ColourStatistics to = statistics(colours(4, {0.3, 0.5, 0.7}, {0.1, 0.02, 0.1}));
-  const ColourTransform full = match_colours(from, to, 1), half = match_colours(from, to, 0.5);
+  const ColourTransform full = match_colours(from, to), half = full.blended(0.5);
   CHECK(full.matrix(0, 0) == doctest::Approx(1.5).epsilon(0.01));
   CHECK(full.matrix(1, 1) == doctest::Approx(0.5).epsilon(0.01));
   const Eigen::Vector3d halfway = half.matrix * from.mean + half.offset;

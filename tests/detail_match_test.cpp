@@ -42,14 +42,14 @@ TEST_CASE("detail match: bands and what is left make the picture; a plain pictur
 TEST_CASE("detail match: a soft picture becomes as sharp as another one, within the largest gain") {
   const cv::Mat sharp = noise(0.05, 2), dull = soft(noise(0.05, 3), 0.4);
   const DetailStrength before = strength_of(dull), aim = strength_of(sharp);
-  const DetailTransform whole = match_detail(before, aim, 1), half = match_detail(before, aim, 0.5);
+  const DetailTransform whole = match_detail(before, aim), half = whole.blended(0.5);
   cv::Mat result = dull.clone();
   whole.apply(result);
   const DetailStrength after = strength_of(result);
   for (std::size_t i = 0; i < aim.mean_squares.size(); ++i) {
     CAPTURE(i);
     const double wanted = std::sqrt(aim.mean_squares[i] / before.mean_squares[i]);
-    CHECK(whole.gains[i] == doctest::Approx(std::min(wanted, largest_gain)));
+    CHECK(whole.gains[i] == doctest::Approx(std::min(wanted, largest_detail_gain)));
     CHECK(half.gains[i] == doctest::Approx((1 + whole.gains[i]) / 2));
     // Bands overlap: each takes part in the others' gains.
     CHECK(std::sqrt(after.mean_squares[i] / before.mean_squares[i]) ==
@@ -60,10 +60,11 @@ TEST_CASE("detail match: a soft picture becomes as sharp as another one, within 
 
 TEST_CASE("detail match: nothing is softened, nothing leaves [0, 1], and amount 0 changes nothing") {
   const cv::Mat sharp = noise(0.3, 4), dull = soft(sharp, 2);
-  for (const double gain : match_detail(strength_of(sharp), strength_of(dull), 1).gains) CHECK(gain == 1);
-  for (const double gain : match_detail(strength_of(dull), strength_of(sharp), 0).gains) CHECK(gain == 1);
-  for (const double gain : match_detail(strength_of(dull), strength_of(sharp), 1).gains)
-    CHECK(gain == largest_gain);
+  for (const double gain : match_detail(strength_of(sharp), strength_of(dull)).gains) CHECK(gain == 1);
+  for (const double gain : match_detail(strength_of(dull), strength_of(sharp)).blended(0).gains)
+    CHECK(gain == 1);
+  for (const double gain : match_detail(strength_of(dull), strength_of(sharp)).gains)
+    CHECK(gain == largest_detail_gain);
   cv::Mat result = sharp.clone();
   const float* place = result.ptr<float>();
   DetailTransform{{1.6, 1.6, 1.6}}.apply(result);

@@ -295,7 +295,7 @@ TEST_CASE("stylizer: a frame's detail is raised to the painting's, by the streng
   };
   const double before = finest(0, 1), after = finest(1, 1);
   CHECK(after > 1.2 * before);
-  CHECK(after < 1.1 * largest_gain * before);
+  CHECK(after < 1.1 * largest_detail_gain * before);
   CHECK(finest(0.5, 1) > 1.05 * before);
   CHECK(finest(0.5, 1) < 0.95 * after);
   CHECK(finest(1, 0) == doctest::Approx(finest(0, 0)));

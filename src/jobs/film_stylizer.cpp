@@ -35,32 +35,35 @@ std::vector<float> seen_colours(const LayerFrame& frame) {
 
 }  // namespace
 
+double least_good_match(const std::function<double(double)>& distance) {
+  std::vector<double> distances;
+  for (const double match : film_feature_matches) {
+    distances.push_back(distance(match));
+    if (distances.size() > 1 && distances.back() > distances.end()[-2]) break;
+  }
+  const double good = near_enough * *std::min_element(distances.begin(), distances.end());
+  const auto chosen = std::find_if(distances.begin(), distances.end(), [&](double d) { return d <= good; });
+  return film_feature_matches[chosen - distances.begin()];
+}
+
 double choose_feature_match(Device& device, const Vgg19& vgg, FrameStylizer& stylizer,
                             std::span<const StylePicture> paintings, std::span<const RenderedFrame> views,
                             cv::Size size) {
-  std::deque<StyleMeter> meters;  // which cannot be moved
-  for (const StylePicture& painting : paintings) meters.emplace_back(device, vgg, painting.picture);
-  std::vector<RenderedFrame> scored;
-  if (std::min(size.width, size.height) >= least_scored_side)
-    for (std::size_t i = 0; i < views.size(); i += 2) scored.push_back(views[i]);
-
-  std::vector<double> distances;
-  while (!scored.empty() && distances.size() < film_feature_matches.size() &&
-         (distances.size() < 2 || distances.back() <= distances.end()[-2])) {
-    double distance = 0;
-    for (const std::vector<float>& stylised :
-         stylizer.set_feature_match(film_feature_matches[distances.size()], scored)) {
-      const cv::Mat picture = scored_picture(stylised, size);
-      for (std::size_t k = 0; k < paintings.size(); ++k)
-        distance += paintings[k].weight * meters[k].distance(picture).statistics;
-    }
-    distances.push_back(distance);
-  }
   double match = film_feature_matches[0];
-  if (!distances.empty()) {
-    const double good = near_enough * *std::min_element(distances.begin(), distances.end());
-    const auto chosen = std::find_if(distances.begin(), distances.end(), [&](double d) { return d <= good; });
-    match = film_feature_matches[chosen - distances.begin()];
+  if (std::min(size.width, size.height) >= least_scored_side) {
+    std::deque<StyleMeter> meters;  // which cannot be moved
+    for (const StylePicture& painting : paintings) meters.emplace_back(device, vgg, painting.picture);
+    std::vector<RenderedFrame> scored;
+    for (std::size_t i = 0; i < views.size(); i += 2) scored.push_back(views[i]);
+    match = least_good_match([&](double tried) {
+      double distance = 0;
+      for (const std::vector<float>& stylised : stylizer.set_feature_match(tried, scored)) {
+        const cv::Mat picture = scored_picture(stylised, size);
+        for (std::size_t k = 0; k < paintings.size(); ++k)
+          distance += paintings[k].weight * meters[k].distance(picture).statistics;
+      }
+      return distance;
+    });
   }
   stylizer.set_feature_match(match, views);
   return match;
@@ -124,8 +127,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
       auto stylizer = std::make_unique<FrameStylizer>(
           device, scene.model->stylizer(), state_->vgg, size.height, size.width,
           FrameStylizer::Options{.tokens = scene.config.style.tokens});
-      // Matched anew, to all views, by the choice.
-      stylizer->set_style(pictures, scene.model->content_norm().read(), {views.data(), 1});
+      stylizer->set_style(pictures, scene.model->content_norm().read());
       choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
       state_->painters.push_back({mixture, std::move(stylizer)});
     }

@@ -27,10 +27,10 @@ Rates rates_of(const Stylizer& stylizer) {
 std::string description(const PretrainStylizerOptions& options) {
   const StylizerOptions form = StylizerOptions::of_form(options.form);
   return fmt::format(
-      "seed = {}\ninversion_steps = {}\nstyle_steps = {}\nfeature_weight = {}\nluma_weight = {}\n"
-      "global_weight = {}\nreconstruction_weight = {}\n{}",
-      options.seed, options.inversion_steps, options.style_steps, form.feature_weight, form.luma_weight,
-      StyleWeights{}.global, reconstruction_in_style,
+      "seed = {}\ninversion_steps = {}\ninversion_decay = {}\nstyle_steps = {}\nstyle_decay = {}\n"
+      "feature_weight = {}\nluma_weight = {}\nglobal_weight = {}\nreconstruction_weight = {}\n{}",
+      options.seed, options.inversion_steps, inversion_decay, options.style_steps, style_decay,
+      form.feature_weight, form.luma_weight, StyleWeights{}.global, reconstruction_in_style,
       options.form == "guided" ? "" : fmt::format("form = \"{}\"\n", options.form));
 }
 

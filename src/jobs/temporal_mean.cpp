@@ -88,7 +88,7 @@ cv::Mat with_detail_of(const cv::Mat& picture, const TemporalMean& mean) {
   for (std::size_t i = 0; i < bands.size(); ++i) {
     const double now = cv::norm(bands[i], cv::NORM_L2, averaged),
                  wanted = cv::norm(aims[i], cv::NORM_L2, averaged);
-    if (now > 0) added += (std::clamp(wanted / now, 1.0, most_detail) - 1) * bands[i];
+    if (now > 0) added += (std::clamp(wanted / now, 1.0, largest_detail_gain) - 1) * bands[i];
   }
   return mean.colours + added.mul(shares);
 }

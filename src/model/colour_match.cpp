@@ -37,6 +37,10 @@ void ColourStatistics::add(std::span<const float> pixels) {
   count_ = total;
 }
 
+ColourTransform ColourTransform::blended(double amount) const {
+  return {amount * matrix + (1 - amount) * Eigen::Matrix3d::Identity(), amount * offset};
+}
+
 void ColourTransform::apply(std::span<float> pixels) const {
   const Eigen::Matrix3f a = matrix.cast<float>();
   const Eigen::Vector3f b = offset.cast<float>();
@@ -45,16 +49,13 @@ void ColourTransform::apply(std::span<float> pixels) const {
   all = ((a * all).colwise() + b).cwiseMax(0.0f).cwiseMin(1.0f).eval();
 }
 
-ColourTransform match_colours(const ColourStatistics& from, const ColourStatistics& to, double amount) {
+ColourTransform match_colours(const ColourStatistics& from, const ColourStatistics& to) {
   const Eigen::Matrix3d source = from.covariance + ridge * Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d root = square_root(source), inverse = root.inverse();
   const Eigen::Matrix3d map = inverse * square_root(root * to.covariance * root) * inverse;
   const Eigen::Matrix3d stretch = with_eigenvalues(
       map, [](double value) { return std::clamp(value, smallest_stretch, largest_stretch); });
-  ColourTransform transform;
-  transform.matrix = amount * stretch + (1 - amount) * Eigen::Matrix3d::Identity();
-  transform.offset = amount * (to.mean - stretch * from.mean);
-  return transform;
+  return {stretch, to.mean - stretch * from.mean};
 }
 
 void take_chroma(std::span<float> light, std::span<const float> colours) {

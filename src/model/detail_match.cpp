@@ -32,20 +32,27 @@ void DetailStrength::mix(const DetailStrength& other, double share) {
   for (std::size_t i = 0; i < mean_squares.size(); ++i) mean_squares[i] += share * other.mean_squares[i];
 }
 
+DetailTransform DetailTransform::blended(double amount) const {
+  DetailTransform result;
+  for (std::size_t i = 0; i < gains.size(); ++i) result.gains[i] = 1 + amount * (gains[i] - 1);
+  return result;
+}
+
 void DetailTransform::apply(cv::Mat& picture) const {
-  const DetailBands bands = detail_bands(picture);
-  for (std::size_t i = 0; i < bands.size(); ++i) picture += (gains[i] - 1) * bands[i];
+  if (gains != DetailTransform{}.gains) {
+    const DetailBands bands = detail_bands(picture);
+    for (std::size_t i = 0; i < bands.size(); ++i) picture += (gains[i] - 1) * bands[i];
+  }
   cv::max(picture, 0.0, picture);
   cv::min(picture, 1.0, picture);
 }
 
-DetailTransform match_detail(const DetailStrength& from, const DetailStrength& to, double amount) {
+DetailTransform match_detail(const DetailStrength& from, const DetailStrength& to) {
   DetailTransform transform;
   for (std::size_t i = 0; i < transform.gains.size(); ++i)
     if (from.mean_squares[i] > 0)
       transform.gains[i] =
-          1 +
-          amount * (std::clamp(std::sqrt(to.mean_squares[i] / from.mean_squares[i]), 1.0, largest_gain) - 1);
+          std::clamp(std::sqrt(to.mean_squares[i] / from.mean_squares[i]), 1.0, largest_detail_gain);
   return transform;
 }
 

@@ -217,6 +217,8 @@ HostTokens FrameStylizer::State::tokens_of(const cv::Mat& rgb8) {
 void FrameStylizer::State::set_style(std::span<const StylePicture> styles, const ContentNorm& norm) {
   const std::vector<double> shares = shares_of(styles);
   tile_executor.reset();
+  colours = {};
+  details = {};
   tile_graph = std::make_unique<Graph>();
   Graph& graph = *tile_graph;
   features = graph.input("features", {tile_rows + 2 * halo, tile_columns + 2 * halo, C});
@@ -277,7 +279,7 @@ std::vector<std::vector<float>> FrameStylizer::State::match(std::span<const Rend
   colours = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
   DetailStrength before, aim;
   for (const Painting& painting : paintings) {
-    const ColourTransform own = match_colours(rendered, painting.colours, options.colour_match);
+    const ColourTransform own = match_colours(rendered, painting.colours).blended(options.colour_match);
     colours.matrix += painting.share * own.matrix;
     colours.offset += painting.share * own.offset;
     aim.mix(painting.detail, painting.share);
@@ -286,7 +288,7 @@ std::vector<std::vector<float>> FrameStylizer::State::match(std::span<const Rend
     colours.apply(frame);
     before.add(picture_of(frame));
   }
-  details = match_detail(before, aim, options.detail_match);
+  details = match_detail(before, aim).blended(options.detail_match);
   for (std::vector<float>& frame : stylised) {
     cv::Mat picture = picture_of(frame);
     details.apply(picture);
@@ -376,11 +378,15 @@ ContentNorm FrameStylizer::measure(std::span<const RenderedFrame> frames) {
   return state_->measure(frames);
 }
 
+void FrameStylizer::set_style(std::span<const StylePicture> styles, const ContentNorm& norm) {
+  if (styles.empty()) fail("a style needs at least one picture");
+  state_->set_style(styles, norm);
+}
+
 void FrameStylizer::set_style(std::span<const StylePicture> styles, const ContentNorm& norm,
                               std::span<const RenderedFrame> frames) {
-  if (styles.empty()) fail("a style needs at least one picture");
   if (frames.empty()) fail("a style needs at least one frame that it will be used on");
-  state_->set_style(styles, norm);
+  set_style(styles, norm);
   state_->match(frames);
 }
 
@@ -406,14 +412,9 @@ void FrameStylizer::set_norm(const ContentNorm& norm) {
 std::vector<float> FrameStylizer::stylise(const RenderedFrame& frame, double strength) {
   if (!state_->tile_executor) fail("a frame is stylised before a style was set");
   std::vector<float> result = state_->stylise(frame, strength);
-  ColourTransform transform = state_->colours;
-  transform.matrix = strength * transform.matrix + (1 - strength) * Eigen::Matrix3d::Identity();
-  transform.offset *= strength;
-  transform.apply(result);
-  DetailTransform details = state_->details;
-  for (double& gain : details.gains) gain = strength * gain + (1 - strength);
+  state_->colours.blended(strength).apply(result);
   cv::Mat picture = state_->picture_of(result);
-  details.apply(picture);
+  state_->details.blended(strength).apply(picture);
   return result;
 }
 

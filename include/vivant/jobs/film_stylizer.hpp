@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -13,10 +14,14 @@ namespace vivant {
 /// the shorter the training, so that some must go beyond.
 inline constexpr std::array film_feature_matches = {1.0, 1.25, 1.5, 2.0};
 
-/// Sets and returns the least of `film_feature_matches` by which every second of the views, of this size,
-/// comes about as near to the paintings, by their weights, as by any before the distance grows: further costs
-/// steadiness and makes colours that the paintings do not have. Colours and detail are matched in all views.
-/// The paintings must be the stylizer's. Views with a side below 32 pixels are not scored: 1.
+/// The least of `film_feature_matches` whose distance is within 1 % of the least, of those asked for one
+/// after another until the distance grows: further costs steadiness and makes colours that the paintings do
+/// not have.
+double least_good_match(const std::function<double(double match)>& distance);
+
+/// Sets and returns the least good match for the distance of every second of the views, of this size, to the
+/// paintings, by their weights. Colours and detail are matched in all views. The paintings must be the
+/// stylizer's. Views with a side below 32 pixels are not scored: 1.
 double choose_feature_match(Device& device, const Vgg19& vgg, FrameStylizer& stylizer,
                             std::span<const StylePicture> paintings, std::span<const RenderedFrame> views,
                             cv::Size size);

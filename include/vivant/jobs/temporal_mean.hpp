@@ -44,9 +44,8 @@ struct TemporalMean {
 TemporalMean temporal_mean(const cv::Mat& picture, const std::vector<Neighbour>& neighbours);
 
 /// The mean (CV_32FC3), its detail as strong as that of the picture alone where it is a mean of several: each
-/// band (detail_match.hpp) is multiplied by one number, at most `most_detail`, that makes its rms there the
-/// same.
+/// band (detail_match.hpp) is multiplied by one number, at most `largest_detail_gain`, that makes its rms
+/// there the same.
 cv::Mat with_detail_of(const cv::Mat& picture, const TemporalMean& mean);
-constexpr double most_detail = 1.6;
 
 }  // namespace vivant

@@ -22,15 +22,16 @@ struct ColourTransform {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
 
+  /// From none of it (0) to all (1).
+  ColourTransform blended(double amount) const;
   /// Applies it to pixels [n, 3] in place and clamps them to [0, 1].
   void apply(std::span<float> pixels) const;
 };
 
 /// The linear map between two Gaussians that moves colours least (Monge-Kantorovich; Pitie and Kokaram 2007):
 /// A^-1/2 (A^1/2 B A^1/2)^1/2 A^-1/2 for covariances A of `from` and B of `to`. Its eigenvalues are clamped
-/// to [0.5, 1.5], so that flat pictures are not torn apart, and the result is blended with the identity by
-/// `amount`.
-ColourTransform match_colours(const ColourStatistics& from, const ColourStatistics& to, double amount);
+/// to [0.5, 1.5], so that flat pictures are not torn apart.
+ColourTransform match_colours(const ColourStatistics& from, const ColourStatistics& to);
 
 /// The luma of `light` with the chroma of `colours`, both pixels [n, 3]: `light` becomes it. Where a colour
 /// would leave [0, 1] it is drawn towards grey, so that luma and hue stay.

@@ -27,14 +27,17 @@ class DetailStrength {
 struct DetailTransform {
   std::array<double, std::tuple_size_v<DetailBands>> gains = {1, 1, 1};
 
+  /// From none of it (0) to all (1).
+  DetailTransform blended(double amount) const;
   /// Applies it in place to CV_32FC3 and clamps to [0, 1].
   void apply(cv::Mat& picture) const;
 };
 
+/// The most by which detail is made stronger: more is noise.
+constexpr double largest_detail_gain = 1.6;
+
 /// Brings each band's root mean square from that of `from` to that of `to`, where that is stronger: what
-/// fields render is softer than a painting. Gains are at most `largest_gain`, and go from 1 there by
-/// `amount`.
-DetailTransform match_detail(const DetailStrength& from, const DetailStrength& to, double amount);
-constexpr double largest_gain = 1.6;
+/// fields render is softer than a painting. Gains are at most `largest_detail_gain`.
+DetailTransform match_detail(const DetailStrength& from, const DetailStrength& to);
 
 }  // namespace vivant

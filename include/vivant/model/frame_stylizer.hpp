@@ -63,6 +63,8 @@ class FrameStylizer {
   void set_style(std::span<const StylePicture> styles, const ContentNorm& norm,
                  std::span<const RenderedFrame> frames);
   void set_style(const cv::Mat& picture, const ContentNorm& norm, std::span<const RenderedFrame> frames);
+  /// The same without matches of colours and detail, until `set_feature_match`.
+  void set_style(std::span<const StylePicture> styles, const ContentNorm& norm);
 
   /// Another `Options::feature_match`, for later styles too; colours and detail are matched anew. Returns the
   /// frames in the style that was set, as `stylise` would.
