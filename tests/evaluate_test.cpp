@@ -9,6 +9,7 @@
 #include "vivant/data/walk.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/jobs/picture_scores.hpp"
+#include "vivant/jobs/pose_fit.hpp"
 #include "vivant/model/composite_renderer.hpp"
 
 using namespace vivant;
@@ -90,7 +91,7 @@ TEST_CASE("evaluate: held-out frames, and other captures of the same world") {
   TinyRun tiny;
   const Capture& capture = tiny.run->capture;
   const auto evaluated = [&](const std::filesystem::path& truth) {
-    return evaluate(tiny.device, *tiny.run, truth, tiny.progress);
+    return evaluate(tiny.device, *tiny.run, {.truth = truth}, tiny.progress);
   };
   const Evaluation own = evaluated("");
   REQUIRE(own.frames.size() == capture.held_out_frames().size());
@@ -121,8 +122,75 @@ TEST_CASE("evaluate: a truth without the person is refused") {
   TinyRun tiny;
   const TemporaryFolder other;
   make_tiny_run(tiny.device, other.path(), false);
-  CHECK(contains(error_of([&] { evaluate(tiny.device, *tiny.run, other / "capture", tiny.progress); }),
-                 "the frame images/0001.png shows no person"));
+  CHECK(contains(
+      error_of([&] { evaluate(tiny.device, *tiny.run, {.truth = other / "capture"}, tiny.progress); }),
+      "the frame images/0001.png shows no person"));
+}
+
+TEST_CASE("pose fit: held-out frames take the pose that their pictures show, and the fields stay") {
+  TinyRun tiny;
+  OpenRun& run = *tiny.run;
+  const std::vector<int> held_out = run.capture.held_out_frames();
+  // Colours that change smoothly over the person.
+  ParameterStore& store = run.model->store();
+  const Shape shape = store.find("human.planes").shape;
+  std::vector<float> waves(shape.elements());
+  for (std::int64_t i = 0; i < shape.elements(); ++i) {
+    const std::int64_t channel = i % shape[3], column = i / shape[3] % shape[2],
+                       row = i / shape[3] / shape[2] % shape[1];
+    waves[i] = 1 + 0.8f * std::sin(static_cast<float>(channel) + 1.0f * static_cast<float>(row + column));
+  }
+  store.write("human.planes", waves);
+  std::vector<float> colour = store.read("human.colour.weight");
+  for (float& weight : colour) weight *= 0.1f;  // within what pictures hold
+  store.write("human.colour.weight", colour);
+  store.write("scene.density.bias", std::vector<float>{-20});  // no fog in front of the person
+  // Training leaves directions out at times; E of random weights is metres.
+  for (const ParameterStore::Parameter& parameter : store.parameters())
+    if (parameter.name.find("direction") != std::string::npos || parameter.name.starts_with("human.error"))
+      store.write(parameter.name, std::vector<float>(parameter.shape.elements()));
+
+  // What the pictures show: the whole person a little aside.
+  const std::vector<float> codes = store.read("human.bone_codes");
+  const std::int64_t joints = tiny.human().body().body().joint_count();
+  CompositeRenderer renderer(tiny.device, run.model->scene(), tiny.human(),
+                             human_renderer_options(run.config, true));
+  for (const int index : held_out) {
+    CaptureFrame& frame = run.capture.frames[index];
+    PersonState state = captured_state(tiny.human(), run.capture, index);
+    for (std::int64_t joint = 0; joint < joints; ++joint) state.codes.bones[6 * joint + 3] += 0.3f;
+    const CompositeRenderer::View view = renderer.render(frame.camera, state);
+    frame.image_path = tiny.folder / fmt::format("shown{}.png", index);
+    frame.mask_path = tiny.folder / fmt::format("mask{}.png", index);
+    frame.exposure = {};
+    write_image(frame.image_path, view.picture.rgb8());
+    write_image(frame.mask_path, cv::Mat(view.person > 0.5));
+  }
+  const auto evaluated = [&](std::int64_t steps) {
+    return evaluate(tiny.device, run, {.fit_pose_steps = steps}, tiny.progress);
+  };
+  const Evaluation before = evaluated(0), after = evaluated(150);
+  CHECK(before.mean.person->psnr < 40);
+  CHECK(after.mean.person->psnr > before.mean.person->psnr + 5);
+  CHECK(after.mean.full.psnr > before.mean.full.psnr + 5);
+  CHECK(contains(after.report().markdown(), "fitted to these very pictures and masks in 150 steps"));
+  CHECK(!contains(before.report().markdown(), "fitted"));
+  CHECK(after.json().at("fitted_steps") == 150);
+  CHECK(store.read("human.bone_codes") == codes);
+  CHECK(store.read("human.planes") == waves);
+  CHECK(evaluated(150).json() == after.json());
+}
+
+TEST_CASE("pose fit: runs without a person or corrections are one clear line") {
+  Device device;
+  Progress progress(ProgressMode::none, false);
+  const TemporaryFolder empty, exact;
+  const OpenRun scene = open_run(device, make_tiny_run(device, empty.path(), false), progress),
+                given =
+                    open_run(device, make_tiny_run(device, exact.path(), true, 0, {"human.corrections=none"}),
+                             progress);
+  CHECK(contains(error_of([&] { fit_held_out_codes(device, scene, 1, progress); }), "has no person"));
+  CHECK(contains(error_of([&] { fit_held_out_codes(device, given, 1, progress); }), "learns no corrections"));
 }
 
 TEST_CASE("picture scores: known differences, and masks") {

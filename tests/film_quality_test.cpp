@@ -9,6 +9,7 @@
 #include "vivant/io/assets.hpp"
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
+#include "vivant/jobs/evaluate_film.hpp"
 #include "vivant/jobs/flow.hpp"
 
 using namespace vivant;
@@ -92,6 +93,13 @@ TEST_CASE("film quality: a film that moves with the flow is consistent, a flicke
                    measure_films(test_device(), {{"a", steady}, {"b", shorter}}, known_flow, {}, progress);
                  }),
                  "b has 8 frames, a has 9"));
+}
+
+TEST_CASE("film quality: DIS measures a film where it is clearly the better flow, not in a tie") {
+  CHECK(better_flow(0.0175, 0.0174) == FlowKind::geometry);
+  CHECK(better_flow(0.0175, 0.0175) == FlowKind::geometry);
+  CHECK(better_flow(0.1, 0.094) == FlowKind::dis);
+  CHECK(better_flow(0.1, 0.2) == FlowKind::geometry);
 }
 
 TEST_CASE("report: one page that holds all, and Markdown") {

@@ -10,7 +10,7 @@ namespace {
 struct Arguments {
   FilmEvaluationOptions film;
   StyleTexts styles;
-  std::filesystem::path truth;
+  EvaluationOptions pictures;
   bool json = false;
 };
 
@@ -27,19 +27,21 @@ void refuse_unused(const CLI::App& command, const Arguments& arguments) {
   const bool stylised = arguments.film.look.stylised(), moved = !arguments.film.film.motion.empty();
   if (!stylised) refuse({"--flow", "--strength", "--keep-colour"}, "is of a stylised film: give --style");
   if (!moved) refuse({"--motion-names"}, "is of a motion: give --motion");
+  if (stylised || moved || !arguments.pictures.truth.empty())
+    refuse({"--fit-poses"}, "is of the run's own held-out frames: leave the rest out");
   if (stylised || moved) return;
   refuse({"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene", "--place"},
-         arguments.truth.empty() ? "is of a film: give --motion or --style"
-                                 : "is of a film, which --truth is not: leave it out");
+         arguments.pictures.truth.empty() ? "is of a film: give --motion or --style"
+                                          : "is of a film, which --truth is not: leave it out");
 }
 
 void run(Arguments& arguments, const Globals& globals) {
   FilmEvaluationOptions& film = arguments.film;
   if (!film.look.stylised() && !film.others.empty())
     throw UsageError("--film needs the style that the films are painted in: give --style");
-  if (film.look.stylised() && !arguments.truth.empty())
+  if (film.look.stylised() && !arguments.pictures.truth.empty())
     throw UsageError("--truth compares unstylised pictures: leave --style out");
-  if (!film.film.motion.empty() && !arguments.truth.empty())
+  if (!film.film.motion.empty() && !arguments.pictures.truth.empty())
     throw UsageError("--truth has poses of its own: leave --motion out");
   Device device(globals.device);
   Progress progress(globals.progress, globals.verbose);
@@ -55,7 +57,7 @@ void run(Arguments& arguments, const Globals& globals) {
     print(evaluation.report(), evaluation.json(), arguments.json);
   } else {
     const Evaluation evaluation =
-        evaluate(device, open_run(device, film.run, progress), arguments.truth, progress);
+        evaluate(device, open_run(device, film.run, progress), arguments.pictures, progress);
     if (!film.output.empty()) write_evaluation(film.output, evaluation);
     print(evaluation.report(), evaluation.json(), arguments.json);
   }
@@ -72,6 +74,7 @@ void add_eval(CLI::App& app, const Globals& globals) {
       "  vivant eval runs/first\n"
       "  vivant eval runs/walk --truth walk/truth/novel_poses -o report\n"
       "  vivant eval runs/first --json > scores.json\n"
+      "  vivant eval runs/first --fit-poses 200\n"
       "  vivant eval runs/walk --motion dance.bvh -o report\n"
       "  vivant eval runs/first --style wave.jpg --views all -o report\n"
       "  vivant eval runs/first --style wave.jpg --views orbit --film other=frames/ -o report\n"
@@ -86,9 +89,16 @@ void add_eval(CLI::App& app, const Globals& globals) {
   film.film.views = "all";
   command->add_option("RUN", film.run, "folder of a trained run")->required();
   command
-      ->add_option("--truth", arguments->truth,
+      ->add_option("--truth", arguments->pictures.truth,
                    "a capture of the same world and person, all frames; else the run's held-out frames")
       ->type_name("CAPTURE");
+  command
+      ->add_option(
+          "--fit-poses", arguments->pictures.fit_pose_steps,
+          "first fit the person's corrections to the held-out pictures themselves, in so many steps, "
+          "the fields as they are: tells the poses' part of the error, and is no held-out figure")
+      ->check(CLI::Range(1, 100000))
+      ->type_name("STEPS");
   CLI::Option* views = add_film(*command, film.film, film.scene);
   add_look(*command, film.look, arguments->styles);
   command
@@ -100,8 +110,8 @@ void add_eval(CLI::App& app, const Globals& globals) {
                                              : FlowKind::automatic;
           },
           "where the optical flow comes from: the geometry of the rendered views, DIS on the capture's "
-          "pictures (of other views: on the unstylised film), or the one with which the unstylised film "
-          "changes less")
+          "pictures (of other views: on the unstylised film), or the geometry unless the unstylised film "
+          "changes 5 % less with DIS")
       ->check(CLI::IsMember({"auto", "geometry", "dis"}))
       ->default_str("auto");
   command

@@ -9,6 +9,7 @@
 #include "vivant/io/video.hpp"
 #include "vivant/jobs/interrupt.hpp"
 #include "vivant/jobs/picture_scores.hpp"
+#include "vivant/jobs/pose_fit.hpp"
 #include "vivant/jobs/silhouette_scores.hpp"
 #include "vivant/model/composite_renderer.hpp"
 #include "vivant/nn/stlpips.hpp"
@@ -119,6 +120,11 @@ Report Evaluation::report() const {
                 {{"Frames", {"frame"}, {}}},
                 {},
                 {}};
+  if (fitted_steps > 0)
+    report.notes.push_back(fmt::format(
+        "The person's corrections were fitted to these very pictures and masks in {} steps, the fields as "
+        "they were: its figures are not those of held-out frames.",
+        fitted_steps));
   Report::Table& table = report.tables[0];
   for (const Column& column : columns_of(mean)) table.header.emplace_back(column.title);
   const auto add = [&](const FrameScore& score) {
@@ -155,6 +161,7 @@ void write_evaluation(const std::filesystem::path& folder, const Evaluation& eva
 
 nlohmann::ordered_json Evaluation::json() const {
   nlohmann::ordered_json all = json_of(mean), rows = nlohmann::ordered_json::array();
+  if (fitted_steps > 0) all["fitted_steps"] = fitted_steps;
   for (const FrameScore& score : frames) {
     rows.push_back(json_of(score));
     rows.back()["frame"] = score.frame;
@@ -191,10 +198,10 @@ std::vector<int> all_frames(const Capture& capture) {
 
 }  // namespace
 
-Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::path& path,
+Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions& options,
                     Progress& progress) {
-  const bool own = path.empty();
-  const Capture truth = own ? run.capture : load_capture(path);
+  const bool own = options.truth.empty();
+  const Capture truth = own ? run.capture : load_capture(options.truth);
   const std::vector<int> frames = own ? truth.held_out_frames() : all_frames(truth);
   if (frames.empty()) fail("{}: the capture holds out no frames to compare with", truth.source.string());
   const HumanModel* human = run.model->human();
@@ -204,16 +211,25 @@ Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::p
     both.emplace(device, run.model->scene(), *human, human_renderer_options(run.config, own));
   else
     scene.emplace(device, run.model->scene(), SceneRenderer::Options{});
+  std::vector<PersonState> states;
+  if (human)
+    for (const int index : frames)
+      states.push_back(own ? captured_state(*human, truth, index) : state_of(run, truth, index));
+  if (options.fit_pose_steps > 0) {
+    const std::vector<HumanModel::CodeRow> codes =
+        fit_held_out_codes(device, run, options.fit_pose_steps, progress);
+    for (std::size_t i = 0; i < codes.size(); ++i) states.at(i).codes = codes[i];
+  }
   StLpips perceptual(device);
   Evaluation evaluation;
   evaluation.fps = truth.fps;
+  evaluation.fitted_steps = options.fit_pose_steps;
   progress.begin("eval", 0, static_cast<std::int64_t>(frames.size()));
   for (const int index : frames) {
     const CaptureFrame& frame = truth.frames[index];
     CompositeRenderer::View view;
     if (human)
-      view = both->render(frame.camera,
-                          own ? captured_state(*human, truth, index) : state_of(run, truth, index));
+      view = both->render(frame.camera, states[evaluation.frames.size()]);
     else
       view.picture = scene->render(frame.camera);
     evaluation.truth.push_back(truth.taken_image(index));

@@ -99,7 +99,7 @@ ChosenFlow chosen_flow(FlowKind kind, const FlowSource& geometry, const FlowSour
   const ChosenFlow of_dis{dis, captured ? "DIS on the capture's pictures" : "DIS on the unstylised film"};
   if (kind != FlowKind::automatic) return kind == FlowKind::dis ? of_dis : of_geometry;
   const auto [by_geometry, by_dis] = errors_with(unstylised, {geometry, dis});
-  ChosenFlow chosen = by_dis < by_geometry ? of_dis : of_geometry;
+  ChosenFlow chosen = better_flow(by_geometry, by_dis) == FlowKind::dis ? of_dis : of_geometry;
   chosen.name += fmt::format(
       " (chosen: where both can be trusted, the unstylised film's RMSE at gap 1 is {:.4f} by geometry, "
       "{:.4f} "
@@ -109,6 +109,10 @@ ChosenFlow chosen_flow(FlowKind kind, const FlowSource& geometry, const FlowSour
 }
 
 }  // namespace
+
+FlowKind better_flow(double by_geometry, double by_dis) {
+  return by_dis < 0.95 * by_geometry ? FlowKind::dis : FlowKind::geometry;
+}
 
 FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, Progress& progress) {
   if (!options.look.stylised()) throw UsageError("a film is evaluated in a style: give --style");

@@ -208,7 +208,7 @@ void Plan::add_run(std::vector<Stage>& stages, const std::string& method, const 
   if (!capture_.held_out_frames().empty())
     stages.push_back(
         {"held-out " + method, [=, this] {
-           return evaluate(device_, open_run(device_, run_folder(method), progress_), "", progress_).json();
+           return evaluate(device_, open_run(device_, run_folder(method), progress_), {}, progress_).json();
          }});
 }
 

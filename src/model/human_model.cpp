@@ -165,6 +165,16 @@ HumanModel::CodeRow HumanModel::mixed_codes(const std::vector<std::pair<int, dou
   return row;
 }
 
+void HumanModel::write_codes(const std::vector<CodeRow>& rows) {
+  const auto write = [&](const std::string& name, std::vector<float> CodeRow::*codes) {
+    std::vector<float> all;
+    for (const CodeRow& row : rows) all.insert(all.end(), (row.*codes).begin(), (row.*codes).end());
+    store_->write(name, all);
+  };
+  if (options_.error_correction) write(error_codes_name, &CodeRow::error);
+  if (options_.bone_corrections) write(bone_codes_name, &CodeRow::bones);
+}
+
 HumanModel::CodeRow HumanModel::mean_codes() const {
   std::vector<std::pair<int, double>> rows;
   rows.reserve(frames_);

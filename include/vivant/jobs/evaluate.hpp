@@ -32,21 +32,27 @@ struct Evaluation {
   FrameScore mean;                       ///< of the frames that have a score
   std::vector<cv::Mat> rendered, truth;  ///< the frames' pictures, CV_8UC3 RGB
   double fps = 24;                       ///< of the truth
+  std::int64_t fitted_steps = 0;         ///< of the poses; 0: they are as given
 
   Report report() const;
   nlohmann::ordered_json json() const;
 };
 
+struct EvaluationOptions {
+  std::filesystem::path truth = {};  ///< another capture of the same world and person; empty: the run's own
+  std::int64_t fit_pose_steps = 0;   ///< fit_held_out_codes on the run's own capture first; 0: do not
+};
+
 /// Renders frames and compares them with their pictures: the held-out frames of the run's own capture, or all
-/// frames of `truth`, another capture of the same world and person, when it is given. Whole frames when the
+/// frames of `truth` when it is given. Whole frames when the
 /// run has a person; else the pixels of the mask are left out.
 ///
 /// In the truth an instant of the run's capture (known by the values of its pose) keeps its codes, other
 /// poses have the novel codes, and colours do not depend on the view direction, since its views are new.
 ///
-/// Throws Error when pictures are missing, and when the truth shows no body of the person's joints.
-Evaluation evaluate(Device& device, const OpenRun& run, const std::filesystem::path& truth,
-                    Progress& progress);
+/// Throws Error when pictures are missing, when the truth shows no body of the person's joints, and those of
+/// fit_held_out_codes.
+Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions& options, Progress& progress);
 
 /// Writes both films as .mp4, report.json, report.md and index.html into a folder.
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation);
