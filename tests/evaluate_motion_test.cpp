@@ -98,6 +98,12 @@ TEST_CASE("evaluate motion: the command, and that a truth has poses of its own")
   const Finished both = run_vivant("eval nowhere --motion dance.bvh --truth walk");
   CHECK(both.exit_code == 2);
   CHECK(both.err == "vivant: --truth has poses of its own: leave --motion out\n");
+  for (const char* other : {"--truth walk", "--motion dance.bvh", "--style wave.jpg"}) {
+    const Finished fitted = run_vivant(std::string("eval nowhere --fit-poses 10 ") + other);
+    CAPTURE(other);
+    CHECK(fitted.exit_code == 2);
+    CHECK(contains(fitted.err, "leave --style, --motion and --truth out"));
+  }
   const Finished no_film = run_vivant("eval nowhere --views test");
   CHECK(no_film.exit_code == 2);
   CHECK(no_film.err == "vivant: --views is of a film: give --motion or --style\n");

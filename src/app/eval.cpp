@@ -28,7 +28,7 @@ void refuse_unused(const CLI::App& command, const Arguments& arguments) {
   if (!stylised) refuse({"--flow", "--strength", "--keep-colour"}, "is of a stylised film: give --style");
   if (!moved) refuse({"--motion-names"}, "is of a motion: give --motion");
   if (stylised || moved || !arguments.pictures.truth.empty())
-    refuse({"--fit-poses"}, "is of the run's own held-out frames: leave the rest out");
+    refuse({"--fit-poses"}, "is of the run's own held-out frames: leave --style, --motion and --truth out");
   if (stylised || moved) return;
   refuse({"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene", "--place"},
          arguments.pictures.truth.empty() ? "is of a film: give --motion or --style"
@@ -96,7 +96,8 @@ void add_eval(CLI::App& app, const Globals& globals) {
       ->add_option(
           "--fit-poses", arguments->pictures.fit_pose_steps,
           "first fit the person's corrections to the held-out pictures themselves, in so many steps, "
-          "the fields as they are: tells the poses' part of the error, and is no held-out figure")
+          "the fields as they are: tells what part of the error is the poses' at most, and is no held-out "
+          "figure")
       ->check(CLI::Range(1, 100000))
       ->type_name("STEPS");
   CLI::Option* views = add_film(*command, film.film, film.scene);

@@ -58,7 +58,7 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
         fmt::format("person {}, scene {}", content_name(film.look.person), content_name(film.look.scene));
   if (film.look.stylised()) {
     settings["frames_averaged"] = 2 * Film::reach + 1;
-    settings["largest_detail_gain"] = largest_detail_gain;
+    settings["most_detail"] = largest_detail_gain;
     settings["feature_matches"] = film_feature_matches;
     settings["colour_match"] = FrameStylizer::Options{}.colour_match;
     settings["detail_match"] = FrameStylizer::Options{}.detail_match;

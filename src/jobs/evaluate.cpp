@@ -200,7 +200,10 @@ std::vector<int> all_frames(const Capture& capture) {
 
 Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions& options,
                     Progress& progress) {
+  const InterruptGuard guard;
   const bool own = options.truth.empty();
+  if (!own && options.fit_pose_steps > 0)
+    throw UsageError("poses are fitted to held-out frames of the run's own capture, not to another truth");
   const Capture truth = own ? run.capture : load_capture(options.truth);
   const std::vector<int> frames = own ? truth.held_out_frames() : all_frames(truth);
   if (frames.empty()) fail("{}: the capture holds out no frames to compare with", truth.source.string());
@@ -241,6 +244,7 @@ Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions&
     if (interrupted()) throw Interrupted("stopped while comparing");
   }
   evaluation.mean = mean_score(evaluation.frames);
+  if (options.fit_pose_steps > 0) evaluation.mean.frame = "mean, poses fitted to these pictures";
   progress.end();
   return evaluation;
 }

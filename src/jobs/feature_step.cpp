@@ -34,16 +34,13 @@ int patch_side(const FeatureView& view, std::int64_t wanted) {
 
 cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side) {
   const int size = side / scale;
-  const cv::Rect person = person_window(view);
-  const bool aimed = random.chance(around_person) && !person.empty();
+  const cv::Rect all(0, 0, view.hidden.cols, view.hidden.rows), person = person_window(view);
+  const cv::Rect around = random.chance(around_person) && !person.empty() ? person : all;
+  // By its centre, so that the picture's borders are in as many patches as half of its middle.
   const auto start = [&](int extent, int first, int length) {
-    const int last = extent - size;
-    const auto anywhere = static_cast<int>(random.below(last + 1));
-    if (!aimed) return anywhere;
-    return std::clamp(first + static_cast<int>(random.below(length)) - size / 2, 0, last);
+    return std::clamp(first + static_cast<int>(random.below(length)) - size / 2, 0, extent - size);
   };
-  const int x = start(view.hidden.cols, person.x, person.width),
-            y = start(view.hidden.rows, person.y, person.height);
+  const int x = start(all.width, around.x, around.width), y = start(all.height, around.y, around.height);
   return {scale * x, scale * y, side, side};
 }
 

@@ -42,7 +42,7 @@ double least_good_match(const std::function<double(double)>& distance) {
     if (distances.size() > 1 && distances.back() > distances.end()[-2]) break;
   }
   const double good = near_enough * *std::min_element(distances.begin(), distances.end());
-  const auto chosen = std::find_if(distances.begin(), distances.end(), [&](double d) { return d <= good; });
+  const auto chosen = std::find_if(distances.begin(), distances.end(), [&](double d) { return !(d > good); });
   return film_feature_matches[chosen - distances.begin()];
 }
 

@@ -9,10 +9,14 @@ namespace {
 
 constexpr std::int64_t report_every = 10;
 
-/// The human stage's losses on rays, with nothing to learn but codes.
+/// The errors of colours and mask, the same for every run, and nothing to learn but codes.
 Config config_of_fit(Config config, std::int64_t steps) {
   auto& human = config.human;
   human.steps = steps;
+  human.colour_loss = "composite";
+  human.mask_weight = 0.3;
+  human.correction_weight = 3;
+  human.code_rate = 0.01;
   human.plane_rate = human.unet_rate = human.head_rate = 0;
   human.warmup_steps = 0;
   human.correction_start = -1;  // in full from the first step on
@@ -28,9 +32,6 @@ Capture held_out_part(const Capture& capture) {
   for (const int index : capture.held_out_frames()) {
     part.frames.push_back(capture.frames[index]);
     part.frames.back().held_out = false;
-    if (part.frames.back().body_frame < 0)
-      fail("{}: the frame {} shows no person whose pose could be fitted", capture.source.string(),
-           capture.frames[index].name);
   }
   return part;
 }
@@ -45,7 +46,7 @@ struct FittedPerson {
               static_cast<int>(frames.size())) {
     const HumanModel& trained = *run.model->human();
     std::vector<HumanModel::CodeRow> rows;
-    for (const int frame : frames) rows.push_back(trained.mixed_codes(run.capture.training_rows(frame)));
+    for (const int frame : frames) rows.push_back(captured_state(trained, run.capture, frame).codes);
     store.allocate(device);
     for (const ParameterStore::Parameter& parameter : store.parameters())
       if (parameter.group != group_codes)

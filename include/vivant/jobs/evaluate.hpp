@@ -40,7 +40,7 @@ struct Evaluation {
 
 struct EvaluationOptions {
   std::filesystem::path truth = {};  ///< another capture of the same world and person; empty: the run's own
-  std::int64_t fit_pose_steps = 0;   ///< fit_held_out_codes on the run's own capture first; 0: do not
+  std::int64_t fit_pose_steps = 0;   ///< fit_held_out_codes first, without `truth` alone; 0: do not
 };
 
 /// Renders frames and compares them with their pictures: the held-out frames of the run's own capture, or all
@@ -51,7 +51,7 @@ struct EvaluationOptions {
 /// poses have the novel codes, and colours do not depend on the view direction, since its views are new.
 ///
 /// Throws Error when pictures are missing, when the truth shows no body of the person's joints, and those of
-/// fit_held_out_codes.
+/// fit_held_out_codes; UsageError for poses fitted to another truth.
 Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions& options, Progress& progress);
 
 /// Writes both films as .mp4, report.json, report.md and index.html into a folder.

@@ -17,8 +17,8 @@ enum class FlowKind {
   dis  ///< OpenCV's DIS on the capture's pictures, where the film shows them, else on the unstylised film
 };
 
-/// What `automatic` is, by the unstylised film's RMSE at gap 1 with either flow: DIS must be 5 % better, as
-/// short trainings know too little of depth, but a tie must not hang on the last digit.
+/// What `automatic` is, by the unstylised film's RMSE at gap 1 with either flow: geometry, unless DIS is more
+/// than 5 % better. Short trainings know too little of depth, but a tie must not hang on the last digit.
 FlowKind better_flow(double by_geometry, double by_dis);
 
 struct FilmEvaluationOptions {

@@ -76,7 +76,7 @@ class HumanModel {
   };
   /// sum of weight * row over (row, weight); an empty list gives zeros.
   CodeRow mixed_codes(const std::vector<std::pair<int, double>>& rows) const;
-  /// One row for each training frame.
+  /// Exactly one row for each training frame.
   void write_codes(const std::vector<CodeRow>& rows);
   /// The mean over all training frames: for novel poses.
   CodeRow mean_codes() const;
