@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "model/frame_tiles.hpp"
 #include "vivant/graph/executor.hpp"
 #include "vivant/model/detail_match.hpp"
 
@@ -14,38 +15,6 @@ namespace {
 constexpr std::int64_t C = Stylizer::features;
 constexpr std::int64_t most_samples = 16384;  // features of a frame that its statistics are taken from
 constexpr std::int64_t detail_halo = Stylizer::detail_halo, detail_channels = Stylizer::detail_channels;
-
-/// A host image [height, width, channels].
-struct Image {
-  std::int64_t height = 0, width = 0, channels = 0;
-  std::vector<float> values;
-};
-
-/// The rectangle of an image, whose outermost pixels go on beyond its borders.
-Image part(std::span<const float> from, std::int64_t height, std::int64_t width, std::int64_t channels,
-           const cv::Rect& at) {
-  Image result{at.height, at.width, channels, {}};
-  result.values.reserve(static_cast<std::size_t>(at.area()) * channels);
-  for (std::int64_t i = 0; i < at.height; ++i)
-    for (std::int64_t j = 0; j < at.width; ++j) {
-      const std::int64_t row = std::clamp<std::int64_t>(at.y + i, 0, height - 1);
-      const std::int64_t column = std::clamp<std::int64_t>(at.x + j, 0, width - 1);
-      const auto pixel = from.subspan((row * width + column) * channels, channels);
-      result.values.insert(result.values.end(), pixel.begin(), pixel.end());
-    }
-  return result;
-}
-Image part(const Image& from, const cv::Rect& at) {
-  return part(from.values, from.height, from.width, from.channels, at);
-}
-
-/// Starts of tiles that cover `extent`; the last one is moved back so that it stays inside.
-std::vector<std::int64_t> tile_starts(std::int64_t extent, std::int64_t tile) {
-  std::vector<std::int64_t> starts;
-  for (std::int64_t start = 0; start < extent; start += tile)
-    starts.push_back(std::min(start, extent - tile));
-  return starts;
-}
 
 /// Mean and deviation by channel of all frames together, from those of each.
 struct HostStatistics {
@@ -155,7 +124,7 @@ struct FrameStylizer::State {
   // From the colours of a whole frame: luma and detail.
   Graph frame_graph;
   Value rgb, small_luma, detail;
-  Image luma_now, detail_now;
+  TileImage luma_now, detail_now;
   // Statistics of samples of a frame.
   Graph statistics_graph;
   Value sample_features, sample_luma;
@@ -301,7 +270,7 @@ void FrameStylizer::State::look_at(const RenderedFrame& frame) {
       static_cast<std::int64_t>(frame.rgb.size()) != height * width * 3)
     fail("a frame of {} x {} needs features [{}, {}, {}] and colours [{}, {}, 3]; it has {} and {} numbers",
          width, height, rows, columns, C, height, width, frame.features.size(), frame.rgb.size());
-  const Image padded = part(
+  const TileImage padded = part(
       frame.rgb, height, width, 3,
       cv::Rect(0, 0, static_cast<int>(columns * Stylizer::scale), static_cast<int>(rows * Stylizer::scale)));
   frame_executor->write(rgb, padded.values);
@@ -340,14 +309,10 @@ std::vector<float> FrameStylizer::State::stylise(const RenderedFrame& frame, dou
   look_at(frame);
   tile_executor->set(strength_value, options.feature_match * strength);
   std::vector<float> result(height * width * 3);
-  const auto rectangle = [](std::int64_t top, std::int64_t left, std::int64_t rows, std::int64_t columns) {
-    return cv::Rect(static_cast<int>(left), static_cast<int>(top), static_cast<int>(columns),
-                    static_cast<int>(rows));
-  };
   for (const std::int64_t top : tile_starts(rows, tile_rows))
     for (const std::int64_t left : tile_starts(columns, tile_columns)) {
       const cv::Rect around =
-          rectangle(top - halo, left - halo, tile_rows + 2 * halo, tile_columns + 2 * halo);
+          tile_rectangle(top - halo, left - halo, tile_rows + 2 * halo, tile_columns + 2 * halo);
       const std::int64_t first_row = top * Stylizer::scale, first_column = left * Stylizer::scale,
                          tile_height = tile_rows * Stylizer::scale,
                          tile_width = tile_columns * Stylizer::scale;
@@ -355,8 +320,8 @@ std::vector<float> FrameStylizer::State::stylise(const RenderedFrame& frame, dou
       tile_executor->write(tile_luma, part(luma_now, around).values);
       tile_executor->write(
           tile_detail,
-          part(detail_now, rectangle(first_row - detail_halo, first_column - detail_halo,
-                                     tile_height + 2 * detail_halo, tile_width + 2 * detail_halo))
+          part(detail_now, tile_rectangle(first_row - detail_halo, first_column - detail_halo,
+                                          tile_height + 2 * detail_halo, tile_width + 2 * detail_halo))
               .values);
       tile_executor->run();
       const std::vector<float> colours_here = tile_executor->read(image);
