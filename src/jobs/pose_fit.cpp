@@ -46,6 +46,7 @@ struct FittedPerson {
               static_cast<int>(frames.size())) {
     const HumanModel& trained = *run.model->human();
     std::vector<HumanModel::CodeRow> rows;
+    rows.reserve(frames.size());
     for (const int frame : frames) rows.push_back(captured_state(trained, run.capture, frame).codes);
     store.allocate(device);
     for (const ParameterStore::Parameter& parameter : store.parameters())
@@ -79,6 +80,7 @@ std::vector<HumanModel::CodeRow> fit_held_out_codes(Device& device, const OpenRu
   }
   progress.end();
   std::vector<HumanModel::CodeRow> codes;
+  codes.reserve(capture.frames.size());
   for (int row = 0; row < static_cast<int>(capture.frames.size()); ++row)
     codes.push_back(person.model.mixed_codes({{row, 1.0}}));
   return codes;
