@@ -113,7 +113,7 @@ TEST_CASE("feature step: patches cover a picture's borders, and half of them the
     std::vector<double> covered(columns);
     for (int i = 0; i < draws; ++i) {
       KeyedRandom random(1, "patches", i);
-      const cv::Rect patch = random_patch(random, view, side);
+      const cv::Rect patch = random_patch(random, view, side, PatchCentre::anywhere);
       REQUIRE((patch.width == side && patch.height == side && patch.x % 4 == 0 && patch.y % 4 == 0));
       REQUIRE((patch & cv::Rect(0, 0, 4 * columns, 4 * rows)) == patch);
       for (int x = patch.x / 4; x < patch.x / 4 + size; ++x) covered[x] += 1.0 / draws;
@@ -124,6 +124,12 @@ TEST_CASE("feature step: patches cover a picture's borders, and half of them the
     CHECK(std::abs(covered[0] - anywhere * 17 / 64) < 0.04);
     CHECK(std::abs(covered[columns / 2] - aimed - anywhere * 47 / 64) < 0.04);
     CHECK(std::abs(covered[columns - 1] - aimed - anywhere * 16 / 64) < 0.04);
+    int at_left = 0;
+    for (int i = 0; i < draws; ++i) {
+      KeyedRandom random(2, "patches", i);
+      at_left += random_patch(random, view, side, PatchCentre::inside).x == 0;
+    }
+    CHECK(std::abs(at_left / double{draws} - anywhere / 33) < 0.02);
   }
 }
 

@@ -32,13 +32,15 @@ int patch_side(const FeatureView& view, std::int64_t wanted) {
   return static_cast<int>(fits);
 }
 
-cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side) {
+cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side, PatchCentre centre) {
   const int size = side / scale;
   const cv::Rect all(0, 0, view.hidden.cols, view.hidden.rows), person = person_window(view);
-  const cv::Rect around = random.chance(around_person) && !person.empty() ? person : all;
-  // By its centre, so that the picture's borders are in as many patches as half of its middle.
+  const bool aimed = random.chance(around_person) && !person.empty();
+  const cv::Rect around = aimed ? person : all;
   const auto start = [&](int extent, int first, int length) {
-    return std::clamp(first + static_cast<int>(random.below(length)) - size / 2, 0, extent - size);
+    const int last = extent - size;
+    if (!aimed && centre == PatchCentre::inside) return static_cast<int>(random.below(last + 1));
+    return std::clamp(first + static_cast<int>(random.below(length)) - size / 2, 0, last);
   };
   const int x = start(all.width, around.x, around.width), y = start(all.height, around.y, around.height);
   return {scale * x, scale * y, side, side};
