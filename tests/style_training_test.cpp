@@ -101,38 +101,6 @@ std::pair<double, cv::Mat> seen(Small& small) {
 
 }  // namespace
 
-TEST_CASE("feature step: patches cover a picture's borders, and half of them the person") {
-  constexpr int rows = 48, columns = 64, side = 128, size = side / 4, draws = 1000;
-  FeatureView view;
-  view.rgb = cv::Mat(4 * rows, 4 * columns, CV_32FC3, cv::Scalar::all(0));
-  for (const bool with_person : {false, true}) {
-    const int channels = static_cast<int>(Field::hidden_width + 1) * (with_person ? 2 : 1);
-    view.hidden = cv::Mat(rows, columns, CV_32FC(channels), cv::Scalar::all(0));
-    if (with_person)
-      for (int y = 20; y < 28; ++y) view.hidden.ptr<float>(y)[(50 + 1) * channels - 1] = 1;  // in column 50
-    std::vector<double> covered(columns);
-    for (int i = 0; i < draws; ++i) {
-      KeyedRandom random(1, "patches", i);
-      const cv::Rect patch = random_patch(random, view, side, PatchCentre::anywhere);
-      REQUIRE((patch.width == side && patch.height == side && patch.x % 4 == 0 && patch.y % 4 == 0));
-      REQUIRE((patch & cv::Rect(0, 0, 4 * columns, 4 * rows)) == patch);
-      for (int x = patch.x / 4; x < patch.x / 4 + size; ++x) covered[x] += 1.0 / draws;
-    }
-    CAPTURE(with_person);
-    // Of 64 centres 17 give the first start, 16 the last one; all that are aimed at the person give the last.
-    const double aimed = with_person ? 0.5 : 0, anywhere = 1 - aimed;
-    CHECK(std::abs(covered[0] - anywhere * 17 / 64) < 0.04);
-    CHECK(std::abs(covered[columns / 2] - aimed - anywhere * 47 / 64) < 0.04);
-    CHECK(std::abs(covered[columns - 1] - aimed - anywhere * 16 / 64) < 0.04);
-    int at_left = 0;
-    for (int i = 0; i < draws; ++i) {
-      KeyedRandom random(2, "patches", i);
-      at_left += random_patch(random, view, side, PatchCentre::inside).x == 0;
-    }
-    CHECK(std::abs(at_left / double{draws} - anywhere / 33) < 0.02);
-  }
-}
-
 TEST_CASE(
     "feature_trainer: feature layers and decoder learn, the fields are frozen, resumed with the same bits") {
   Small a, b, c;

@@ -32,17 +32,18 @@ int patch_side(const FeatureView& view, std::int64_t wanted) {
   return static_cast<int>(fits);
 }
 
-cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side, PatchCentre centre) {
+cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side) {
   const int size = side / scale;
-  const cv::Rect all(0, 0, view.hidden.cols, view.hidden.rows), person = person_window(view);
+  const cv::Rect person = person_window(view);
   const bool aimed = random.chance(around_person) && !person.empty();
-  const cv::Rect around = aimed ? person : all;
   const auto start = [&](int extent, int first, int length) {
     const int last = extent - size;
-    if (!aimed && centre == PatchCentre::inside) return static_cast<int>(random.below(last + 1));
+    const auto anywhere = static_cast<int>(random.below(last + 1));
+    if (!aimed) return anywhere;
     return std::clamp(first + static_cast<int>(random.below(length)) - size / 2, 0, last);
   };
-  const int x = start(all.width, around.x, around.width), y = start(all.height, around.y, around.height);
+  const int x = start(view.hidden.cols, person.x, person.width),
+            y = start(view.hidden.rows, person.y, person.height);
   return {scale * x, scale * y, side, side};
 }
 

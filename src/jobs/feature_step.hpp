@@ -11,12 +11,8 @@ namespace vivant {
 
 /// The side of square patches for views of this size: at most `wanted`, a multiple of 16.
 int patch_side(const FeatureView& view, std::int64_t wanted);
-/// Where the centres of random patches are: `inside`, where whole patches fit around them, so that a
-/// picture's borders are in few of them; or `anywhere`, the patch then moved inside: borders are in a
-/// quarter.
-enum class PatchCentre { inside, anywhere };
 /// A patch of a view, in pixels and on whole features; half of them around the person.
-cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side, PatchCentre centre);
+cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side);
 /// The values of a patch of a picture, and of the hidden units under it.
 std::vector<float> patch_of(const cv::Mat& picture, const cv::Rect& patch);
 std::vector<float> hidden_patch_of(const FeatureView& view, const cv::Rect& patch);

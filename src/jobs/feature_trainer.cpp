@@ -108,7 +108,7 @@ void FeatureTrainer::start() {
   for (int i = 0; i < measured_patches; ++i) {
     KeyedRandom random(seed, "feature start", i);
     const std::size_t view = s.choose(random);
-    const cv::Rect patch = random_patch(random, s.views[view], s.side, PatchCentre::anywhere);
+    const cv::Rect patch = random_patch(random, s.views[view], s.side);
     fit.add(hidden_patch_of(s.views[view], patch), measurement.add(s.truths[view](patch).clone()));
   }
   const Matrix map = fit.solve();
@@ -124,7 +124,7 @@ void FeatureTrainer::run(std::int64_t step) {
   std::vector<double> rates(group_count, 0.0);
   rates[group_heads] = scheduled_rate(config_.features.rate, step, steps(), warm_up, rate_decay);
   rates[group_style] = scheduled_rate(config_.style.rate, step, steps(), warm_up, rate_decay);
-  const cv::Rect patch = random_patch(random, s.views[view], s.side, PatchCentre::anywhere);
+  const cv::Rect patch = random_patch(random, s.views[view], s.side);
   s.step.run(s.views[view], s.truths[view], patch, step + 1, rates);
 }
 

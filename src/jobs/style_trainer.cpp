@@ -24,7 +24,7 @@ ChannelScales capture_scales(Device& device, const Config& config, const Vgg19& 
   for (int i = 0; i < measured_patches; ++i) {
     KeyedRandom random(static_cast<std::uint64_t>(config.training.seed), "style scales", i);
     const auto view = static_cast<std::size_t>(random.below(static_cast<std::int64_t>(truths.size())));
-    measurement.add(truths[view](random_patch(random, views[view], side, PatchCentre::inside)).clone());
+    measurement.add(truths[view](random_patch(random, views[view], side)).clone());
   }
   return measurement.scales();
 }
@@ -108,12 +108,12 @@ void StyleTrainer::run(std::int64_t step) {
   (reconstructs(step) ? s.reconstructed : s.stylised) = true;
   if (reconstructs(step)) {
     const std::size_t view = choose(s.truths.size());
-    s.reconstruction.run(s.views[view], s.truths[view],
-                         random_patch(random, s.views[view], s.side, PatchCentre::inside), step + 1, rates);
+    s.reconstruction.run(s.views[view], s.truths[view], random_patch(random, s.views[view], s.side), step + 1,
+                         rates);
     return;
   }
   const FeatureView& view = s.views[choose(s.views.size())];
-  const cv::Rect patch = random_patch(random, view, s.side, PatchCentre::inside);
+  const cv::Rect patch = random_patch(random, view, s.side);
   s.executor->write(s.hidden, hidden_patch_of(view, patch));
   s.executor->write(s.rendered, patch_of(view.rgb, patch));
   s.targets.write(*s.executor, s.target, random, step);
