@@ -80,8 +80,11 @@ TEST_CASE("film stylizer: every second view is scored, and colours are matched i
   const auto sum_of = [&](const std::vector<RenderedFrame>& these) {
     return [&, these](double match) {
       double sum = 0;
-      for (const std::vector<float>& rgb : painter.set_feature_match(match, these))
-        sum += meter.distance(eight_bit(rgb, size)).statistics;
+      const std::vector<std::vector<float>> stylised = painter.set_feature_match(match, these);
+      for (std::size_t i = 0; i < these.size(); ++i) {
+        CHECK(stylised.at(i) == painter.stylise(these[i]));
+        sum += meter.distance(eight_bit(stylised[i], size)).statistics;
+      }
       return sum;
     };
   };

@@ -270,9 +270,8 @@ void FrameStylizer::State::look_at(const RenderedFrame& frame) {
       static_cast<std::int64_t>(frame.rgb.size()) != height * width * 3)
     fail("a frame of {} x {} needs features [{}, {}, {}] and colours [{}, {}, 3]; it has {} and {} numbers",
          width, height, rows, columns, C, height, width, frame.features.size(), frame.rgb.size());
-  const TileImage padded = part(
-      frame.rgb, height, width, 3,
-      cv::Rect(0, 0, static_cast<int>(columns * Stylizer::scale), static_cast<int>(rows * Stylizer::scale)));
+  const TileImage padded = part(frame.rgb, height, width, 3,
+                                tile_rectangle(0, 0, rows * Stylizer::scale, columns * Stylizer::scale));
   frame_executor->write(rgb, padded.values);
   frame_executor->run();
   luma_now = {rows, columns, 1, frame_executor->read(small_luma)};
