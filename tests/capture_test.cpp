@@ -320,3 +320,29 @@ TEST_CASE("capture: fox at both sizes, with distortion and sparse points") {
     CHECK(in_box > 0.85 * 11728);
   }
 }
+
+TEST_CASE("capture: a held-out frame takes a spline's shares of the rows around it") {
+  using Shares = std::vector<std::pair<int, double>>;
+  Capture capture;
+  capture.frames.resize(12);
+  for (const int held_out : {0, 3, 6, 7, 10}) capture.frames[held_out].held_out = true;
+  const std::vector<int> trained = capture.training_frames();  // 1 2 4 5 8 9 11
+  CHECK(capture.training_rows(0) == Shares{{0, 1.0}});
+  CHECK(capture.training_rows(4) == Shares{{2, 1.0}});
+  const Shares middle = capture.training_rows(3);
+  REQUIRE(middle.size() == 4);
+  for (int k = 0; k < 4; ++k) {
+    CHECK(middle[k].first == k);
+    CHECK(std::abs(middle[k].second - (k == 0 || k == 3 ? -1.0 : 7.0) / 12) < 1e-12);
+  }
+  for (const int frame : {3, 6, 7, 10}) {  // what moves evenly goes on to
+    double sum = 0, place = 0;
+    for (const auto& [row, share] : capture.training_rows(frame)) {
+      sum += share;
+      place += share * trained[row];
+    }
+    CHECK(std::abs(sum - 1) < 1e-12);
+    CHECK(std::abs(place - frame) < 1e-12);
+  }
+  CHECK(capture.training_rows(10).back().first == 6);  // the last row there is
+}

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "vivant/io/image.hpp"
 #include "vivant/runtime/error.hpp"
@@ -70,6 +71,26 @@ Box middle_bounds(const std::vector<Eigen::Vector3f>& points) {
   return box;
 }
 
+/// Catmull-Rom's spline through one value for each of `frames`, at `frame` between rows `after` - 1 and
+/// `after`: the rows' shares. Its slope at a row is that between the rows around it, at the first and last
+/// row that of the interval itself.
+std::vector<std::pair<int, double>> spline_shares(const std::vector<int>& frames, int after, int frame) {
+  const int before = after - 1, last = static_cast<int>(frames.size()) - 1;
+  const double length = frames[after] - frames[before], u = (frame - frames[before]) / length;
+  std::map<int, double> shares;
+  shares[after] = u * u * (3 - 2 * u);
+  shares[before] = 1 - shares[after];
+  const auto add_slope = [&](int row, double factor) {
+    const int from = std::max(row - 1, 0), to = std::min(row + 1, last);
+    const double slope = factor * length / (frames[to] - frames[from]);
+    shares[to] += slope;
+    shares[from] -= slope;
+  };
+  add_slope(before, u * (1 - u) * (1 - u));
+  add_slope(after, -u * u * (1 - u));
+  return {shares.begin(), shares.end()};
+}
+
 }  // namespace
 
 std::vector<int> Capture::training_frames() const { return frames_where(*this, false); }
@@ -81,8 +102,7 @@ std::vector<std::pair<int, double>> Capture::training_rows(int frame) const {
   if (after == trained.end()) return {{static_cast<int>(trained.size()) - 1, 1.0}};
   const int row = static_cast<int>(after - trained.begin());
   if (*after == frame || row == 0) return {{row, 1.0}};
-  const double way = static_cast<double>(frame - trained[row - 1]) / (*after - trained[row - 1]);
-  return {{row - 1, 1 - way}, {row, way}};
+  return spline_shares(trained, row, frame);
 }
 
 void Exposure::apply(std::span<float> colours) const {

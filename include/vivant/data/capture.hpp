@@ -64,8 +64,9 @@ struct Capture {
   /// Indices of the frames for training and for evaluation.
   std::vector<int> training_frames() const;
   std::vector<int> held_out_frames() const;
-  /// Where a frame stands in what is learned for each training frame: its own row, or the two around a
-  /// held-out frame with their shares (frames are in order of time).
+  /// Where a frame stands in what is learned for each training frame: its own row, or a held-out frame's
+  /// share of up to four rows around it: a Catmull-Rom spline's over the frames, which are in order of time.
+  /// Before the first and after the last training frame: that row.
   std::vector<std::pair<int, double>> training_rows(int frame) const;
   /// The picture of a frame as it was taken: CV_8UC3, RGB, of the camera's size. Throws Error when it cannot
   /// be read.
