@@ -1,4 +1,4 @@
-// rays: where rays meet a box, points along them, and points in normalised space. One ray, sample or point per
+// rays: where rays meet a box or a shell, points along them, and points in normalised space. One ray, sample or point per
 // work-item.
 #include "common.clh"
 #ifndef CONTRACT
@@ -26,6 +26,34 @@ KERNEL void ray_box(IN REAL* restrict origins, IN REAL* restrict directions, IN 
   const int hit = leave > enter;
   near[ray] = hit ? enter : 0;
   far[ray] = hit ? leave : 0;
+}
+
+// How far a ray runs until it leaves a ball around the origin of which a floor cuts off the part below
+// `normal . x = -floor`. Rays that miss the ball: the point nearest to its centre.
+inline REAL leave_shell(const REAL* o, const REAL* d, REAL radius, const REAL* normal, REAL floor) {
+  const REAL along = o[0] * d[0] + o[1] * d[1] + o[2] * d[2];
+  const REAL beside[3] = {o[0] - along * d[0], o[1] - along * d[1], o[2] - along * d[2]};
+  const REAL inside =
+      radius * radius - (beside[0] * beside[0] + beside[1] * beside[1] + beside[2] * beside[2]);
+  REAL depth = sqrt(fmax(inside, (REAL)0)) - along;
+  const REAL height = normal[0] * o[0] + normal[1] * o[1] + normal[2] * o[2] + floor;
+  const REAL falling = -(normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]);
+  if (height > 0 && falling * depth > height) depth = height / falling;
+  return depth;
+}
+
+KERNEL void ray_shell(IN REAL* restrict origins, IN REAL* restrict directions, GLOBAL REAL* restrict near,
+                      GLOBAL REAL* restrict far, int capacity, REAL centre_x, REAL centre_y, REAL centre_z,
+                      REAL inner_radius, REAL outer_radius, REAL normal_x, REAL normal_y, REAL normal_z,
+                      REAL inner_floor, REAL outer_floor, IN int* count) {
+  const int ray = get_global_id(0);
+  if (ray >= live_rows(capacity, count)) return;
+  const REAL o[3] = {origins[3 * ray] - centre_x, origins[3 * ray + 1] - centre_y, origins[3 * ray + 2] - centre_z};
+  const REAL d[3] = {directions[3 * ray], directions[3 * ray + 1], directions[3 * ray + 2]};
+  const REAL normal[3] = {normal_x, normal_y, normal_z};
+  const REAL least = (REAL)1e-3 * inner_radius;
+  near[ray] = fmax(leave_shell(o, d, inner_radius, normal, inner_floor), least);
+  far[ray] = fmax(leave_shell(o, d, outer_radius, normal, outer_floor), near[ray] + least);
 }
 
 KERNEL void points_on_rays(IN REAL* restrict origins, IN REAL* restrict directions, IN REAL* restrict depths,

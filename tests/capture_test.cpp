@@ -110,6 +110,28 @@ TEST_CASE("capture: intrinsics of a frame, the angle form, scaled pictures and n
   CHECK(capture.scene_box.min == Vector3d(-1, -2, -3));
 }
 
+TEST_CASE("capture: soft masks keep the grey of their borders, and half of a pixel decides") {
+  const TemporaryFolder folder;
+  json whole = write_example(folder);
+  cv::Mat soft = cv::Mat::zeros(12, 16, CV_8UC1), flags = soft.clone();
+  soft.at<std::uint8_t>(4, 4) = 255;
+  soft.at<std::uint8_t>(4, 5) = 128;
+  soft.at<std::uint8_t>(4, 6) = 100;
+  flags.at<std::uint8_t>(5, 5) = 1;
+  for (int i : {1, 2}) write_image(folder / fmt::format("masks/{}.png", i), soft);
+  write_image(folder / "masks/3.png", flags);
+  whole["frames"][2].erase("human_mask_path");
+  whole["frames"][2]["mask_path"] = "masks/2.png";
+  write_file(folder / "transforms.json", whole.dump());
+  const Capture capture = load_capture(folder.path());
+  CHECK(cv::norm(capture.soft_mask(1), soft, cv::NORM_INF) == 0);
+  CHECK(cv::countNonZero(capture.mask(1)) == 2);
+  CHECK(capture.soft_mask(2).at<std::uint8_t>(4, 6) == 155);
+  CHECK(cv::countNonZero(capture.mask(2)) == 16 * 12 - 2);
+  CHECK(capture.soft_mask(3).at<std::uint8_t>(5, 5) == 255);
+  CHECK(cv::countNonZero(capture.soft_mask(3)) == 1);
+}
+
 TEST_CASE("capture: every bad input gives one clear line") {
   const TemporaryFolder folder;
   const json good = write_example(folder);

@@ -68,6 +68,15 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
       CHECK(change(frames, 2, 3, together[0], together[1]) < 0.9 * change(frames, 2, 3, alone[0], alone[1]));
     else
       CHECK(cv::norm(alone[0], together[0]) > 0);
+    CHECK(cv::norm(to_picture(frames.painted_alone(2, 0)), alone[0], cv::NORM_INF) == 0);
+    if (layers != "both") continue;
+    // The mean of the same frames as pictures of another film: alike up to their 256 levels.
+    std::vector<cv::Mat> pictures;
+    pictures.reserve(film.shots.size());
+    for (int shot = 0; shot < 6; ++shot) pictures.push_back(to_picture(frames.painted_alone(shot, 0)));
+    const cv::Mat averaged = frames.averaged(2, pictures);
+    CHECK(cv::norm(averaged, together[0], cv::NORM_L1) / static_cast<double>(averaged.total()) < 3);
+    CHECK(cv::norm(averaged, together[0], cv::NORM_L1) < 0.2 * cv::norm(averaged, alone[0], cv::NORM_L1));
   }
 
   // A layer without a style, and a look of no strength, are as rendered.

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "body_helpers.hpp"
 #include "graph_helpers.hpp"
+#include "vivant/model/scene_space.hpp"
 
 using namespace vivant;
 
@@ -55,6 +57,53 @@ TEST_CASE("scene model: samples of a bounded space end at its box, those of rays
   CHECK(range(inside, 2).second == near(20));
   CHECK(range(inside, 3).first == near(0.99 * 20));
   CHECK(range(inside, 3).second == near(20));
+}
+
+TEST_CASE("scene space: a camera that only rotates has a far shell and the floor under the person's feet") {
+  Capture capture;
+  capture.human.emplace();
+  capture.human->body = chain_body();  // 3 m tall; its feet are at the translation
+  for (int i = 0; i < 20; ++i) {
+    capture.human->poses.pose.push_back(Pose(3, Eigen::Vector3d::Zero()));
+    capture.human->poses.translation.emplace_back(0.3 * i - 3, -1.5, -6);
+    Camera& camera = capture.frames.emplace_back().camera;
+    camera = {.width = 64, .height = 48, .fx = 40, .fy = 40, .cx = 32, .cy = 24};
+    camera.world_to_camera.row(1) *= -1;  // y up, looking along -z
+    camera.world_to_camera.row(2) *= -1;
+    capture.frames.back().body_frame = i;
+  }
+  const SceneSpace space = scene_space(capture, {});
+  REQUIRE(space.shell);
+  CHECK(space.shell->inner_floor == doctest::Approx(1.5));
+  CHECK(space.shell->outer_floor == doctest::Approx(1.5 * 1.05));
+  CHECK(space.shell->inner_radius > 8);
+  // All that the camera sees lies in the box: the floor below, the shell in front.
+  CHECK(space.centre.y() - space.radius.y() < -1.5 * 1.05);
+  CHECK(space.centre.y() - space.radius.y() > -2);
+  CHECK(space.centre.z() - space.radius.z() < -space.far);
+  const SceneSpace without = scene_space(capture, {.ground = false});
+  CHECK(without.shell->inner_floor > 1e20);
+  CHECK(without.centre.y() - without.radius.y() < -4);
+
+  // The samples of a ray that looks down, from the camera and from a metre beside and below it.
+  Device& device = test_device();
+  ParameterStore store;
+  const SceneModel scene(device, store, Initializer(3),
+                         {.encoding = Encoding::vanilla, .plane_size = 16, .channels = 16}, space, 16);
+  store.allocate(device);
+  Graph graph;
+  const double half = std::sqrt(0.5);
+  const Rays rays{graph.constant({3, 3}, std::vector<double>{0, 0, 0, 1, -1, 0, 1, -1, 0}),
+                  graph.constant({3, 3}, std::vector<double>{0, -half, -half, 0, -half, -half, 0, 0, -1})};
+  const Value drawn = scene.sample(graph, scene.field().planes(graph), rays, nullptr).depths;
+  Run run(graph, {drawn});
+  const std::vector<float> depths = run.read(drawn);
+  CHECK(depths[0] == doctest::Approx(1.5 / half).epsilon(0.01));
+  CHECK(depths[15] == doctest::Approx(1.05 * 1.5 / half).epsilon(0.01));
+  CHECK(depths[16] == doctest::Approx(0.5 / half).epsilon(0.02));
+  const double radius = space.near;  // of the ball around the camera, not around the ray's origin
+  CHECK(depths[32] > std::sqrt(radius * radius - 2) - 1e-3);
+  CHECK(depths[32] < std::sqrt(radius * radius - 2) + 0.1 * radius);
 }
 
 TEST_CASE("scene model: samples are drawn where the weight of coarse ones is") {

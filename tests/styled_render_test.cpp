@@ -83,18 +83,20 @@ void check_evaluation(const std::string& run, const fs::path& folder, const std:
   std::map<std::string, nlohmann::json> unstylised;
   std::string chosen;
   for (const std::string flow : {"geometry", "auto", "dis"}) {
-    const Finished evaluated =
-        run_vivant(fmt::format("eval {} --views test --flow {} --style {} --film again={} --json -o {}", run,
-                               flow, style, (folder / "in_red").string(), report));
+    const Finished evaluated = run_vivant(
+        fmt::format("eval {} --views test --flow {} --style {} --film again={} --average-films --json -o {}",
+                    run, flow, style, (folder / "in_red").string(), report));
     REQUIRE_MESSAGE(evaluated.exit_code == 0, evaluated.err);
     const nlohmann::json films = nlohmann::json::parse(evaluated.out).at("films");
-    REQUIRE(films.size() == 4);
+    REQUIRE(films.size() == 6);
     unstylised[flow] = films[0].at("consistency");
     if (flow == "auto") chosen = nlohmann::json::parse(evaluated.out).at("flow");
-    const std::vector<std::string> names = {"unstylised", "capture", "vivant", "again"};
+    const std::vector<std::string> names = {"unstylised",        "capture", "vivant",
+                                            "vivant-unaveraged", "again",   "again-averaged"};
     for (std::size_t i = 0; i < names.size(); ++i) CHECK(films[i].at("film") == names[i]);
-    CHECK(films[2].at("consistency") == films[3].at("consistency"));
-    CHECK(films[2].at("style") == films[3].at("style"));
+    CHECK(films[2].at("consistency") == films[4].at("consistency"));
+    CHECK(films[2].at("style") == films[4].at("style"));
+    for (const int other : {3, 5}) CHECK(films[2].at("consistency") != films[other].at("consistency"));
     CHECK(films[0].at("style").at("content") == 0);
     CHECK(films[2].at("style").at("content") > 0.1);
     CHECK(films[2].at("consistency").at(0).at("rmse") != films[0].at("consistency").at(0).at("rmse"));
@@ -108,6 +110,7 @@ void check_evaluation(const std::string& run, const fs::path& folder, const std:
   CHECK(fs::exists(report + "/vivant.mp4"));
   CHECK(pictures_in(report + "/unstylised").size() == 2);
   CHECK(contains(run_vivant("eval " + run + " --film a=b").err, "give --style"));
+  CHECK(contains(run_vivant("eval " + run + " --average-films --style " + style).err, "give --film"));
   CHECK(
       contains(run_vivant("eval " + run + " --film vivant=b --style " + style).err, "two films are called"));
 }

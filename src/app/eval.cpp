@@ -11,7 +11,7 @@ struct Arguments {
   FilmEvaluationOptions film;
   StyleTexts styles;
   EvaluationOptions pictures;
-  bool json = false;
+  bool average_films = false, json = false;
 };
 
 void print(const Report& report, const nlohmann::ordered_json& data, bool json) {
@@ -39,6 +39,10 @@ void run(Arguments& arguments, const Globals& globals) {
   FilmEvaluationOptions& film = arguments.film;
   if (!film.look.stylised() && !film.others.empty())
     throw UsageError("--film needs the style that the films are painted in: give --style");
+  if (arguments.average_films && film.others.empty())
+    throw UsageError("--average-films is of other methods' films: give --film");
+  if (arguments.average_films)
+    for (const auto& [name, path] : film.others) film.averaged.push_back(name);
   if (film.look.stylised() && !arguments.pictures.truth.empty())
     throw UsageError("--truth compares unstylised pictures: leave --style out");
   if (!film.film.motion.empty() && !arguments.pictures.truth.empty())
@@ -124,6 +128,8 @@ void add_eval(CLI::App& app, const Globals& globals) {
           "the same film by another method, to be measured beside: .mp4, or a folder of pictures")
       ->allow_extra_args(false)
       ->type_name("NAME=PATH");
+  command->add_flag("--average-films", arguments->average_films,
+                    "measure each --film a second time, as the mean over seven frames that our films are");
   command
       ->add_option("-o,--output", film.output, "folder for report.json, report.md, index.html and the films")
       ->type_name("DIR");

@@ -131,15 +131,18 @@ cv::Mat Capture::taken_image(int frame) const {
   return image;
 }
 
-cv::Mat Capture::mask(int frame) const {
+cv::Mat Capture::soft_mask(int frame) const {
   const CaptureFrame& at = frames.at(frame);
   if (at.mask_name.empty()) return cv::Mat::zeros(at.camera.height, at.camera.width, CV_8UC1);
-  const cv::Mat mask = read_mask(at.mask_path);
+  cv::Mat mask = read_mask(at.mask_path);
   check_size(mask, at, at.mask_path);
-  // Masks may be stored as 0/1 or anti-aliased; 128 separates what painting programs write.
-  cv::Mat binary = mask > (cv::countNonZero(mask > 1) == 0 ? 0 : 127);
-  if (at.mask_keeps) cv::bitwise_not(binary, binary);
-  return binary;
+  if (cv::countNonZero(mask > 1) == 0) mask *= 255;  // stored as 0 and 1
+  if (at.mask_keeps) cv::bitwise_not(mask, mask);
+  return mask;
+}
+
+cv::Mat Capture::mask(int frame) const {
+  return soft_mask(frame) > 127;  // half of the pixel
 }
 
 Box derived_scene_box(const Capture& capture) {

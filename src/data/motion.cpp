@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vivant/data/ground.hpp"
 #include "vivant/runtime/error.hpp"
 
 namespace vivant {
@@ -71,12 +72,7 @@ Motion resampled(const Motion& motion, double fps) {
 
 double ground_height(const Body& body, const Motion& motion) {
   std::vector<double> lowest;
-  for (int frame = 0; frame < motion.frame_count(); ++frame) {
-    double low = std::numeric_limits<double>::infinity();
-    const auto transforms = joint_transforms(body, motion.pose[frame], motion.translation[frame]);
-    for (const Vector3d& vertex : skin(body, transforms)) low = std::min(low, vertex.y());
-    lowest.push_back(low);
-  }
+  for (const Vector3d& point : lowest_points(body, motion)) lowest.push_back(point.y());
   std::sort(lowest.begin(), lowest.end());
   const auto inside = static_cast<std::ptrdiff_t>(ground_share * static_cast<double>(lowest.size() - 1));
   auto densest = lowest.begin();

@@ -73,7 +73,8 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
   const SceneSpace space = scene_space(capture, {.near = config.scene.near,
                                                  .far = config.scene.far,
                                                  .radius = config.scene.radius,
-                                                 .shape = config.scene.shape});
+                                                 .shape = config.scene.shape,
+                                                 .ground = config.scene.ground});
   const FieldOptions options = scene_field_options(config, space);
   const bool occupied = options.encoding == Encoding::occupied;
   scene_ = std::make_unique<SceneModel>(

@@ -185,6 +185,7 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"scene.distortion_weight", "0"},
                                     {"scene.plane_scales", "1"},
                                     {"scene.cameras", "given"},
+                                    {"scene.ground", "false"},
                                     {"scene.exposure_rate", "0"},
                                     {"human.plane_scales", "1"},
                                     {"human.variation_weight", "0"},

@@ -20,16 +20,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Both films, and the geometry of their views.
+/// Our films, other methods' films after the same mean over frames, and the geometry of the views.
 struct Rendered {
-  NamedFilm plain{"unstylised", {}}, stylised{"vivant", {}};
+  NamedFilm plain{"unstylised", {}}, stylised{"vivant", {}}, unaveraged{"vivant-unaveraged", {}};
+  std::vector<NamedFilm> averaged;
   std::vector<SurfaceView> views;
 };
 
 Rendered render_films(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
-                      const Look& look, Progress& progress) {
+                      const Look& look, const std::vector<NamedFilm>& to_average, Progress& progress) {
   FilmFrames frames(device, run, scene, film, "both", {look});
   Rendered rendered;
+  for (const NamedFilm& other : to_average) rendered.averaged.push_back({other.name + "-averaged", {}});
   const InterruptGuard guard;
   const int count = static_cast<int>(film.shots.size());
   progress.begin("render", 0, count);
@@ -37,6 +39,9 @@ Rendered render_films(Device& device, const OpenRun& run, const OpenRun& scene, 
     rendered.plain.frames.push_back(to_picture(frames.rendered(shot)));
     rendered.views.push_back(frames.surface(shot));
     rendered.stylised.frames.push_back(to_picture(frames.stylised(shot, 0)));
+    rendered.unaveraged.frames.push_back(to_picture(frames.painted_alone(shot, 0)));
+    for (std::size_t i = 0; i < to_average.size(); ++i)
+      rendered.averaged[i].frames.push_back(frames.averaged(shot, to_average[i].frames));
     progress.report({.step = shot + 1});
     if (interrupted()) throw Interrupted("stopped while rendering");
   }
@@ -121,17 +126,21 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
   if (!options.scene.empty()) other.emplace(open_run(device, options.scene, progress));
   const OpenRun& scene = other ? *other : run;
   const Film film = plan_film(run, scene, options.film);
-  film_size(film);
   check_look(options.look, "both", run.model->human() != nullptr);
   std::vector<NamedFilm> others;
-  std::set<std::string> names = {"unstylised", "capture", "vivant"};
+  std::set<std::string> names = {"unstylised", "capture", "vivant", "vivant-unaveraged"};
   for (const auto& [name, path] : options.others) {
     if (!names.insert(name).second)
       throw UsageError(fmt::format("two films are called '{}': rename one", name));
     others.push_back({name, read_frames(path).pictures});
   }
+  const std::vector<cv::Mat> blank(film.shots.size(), cv::Mat(film_size(film), CV_8UC3));
+  check_alike({"the run's film", blank}, others);  // before minutes of rendering
+  std::vector<NamedFilm> to_average;
+  for (const NamedFilm& one : others)
+    if (std::count(options.averaged.begin(), options.averaged.end(), one.name) > 0) to_average.push_back(one);
 
-  Rendered rendered = render_films(device, run, scene, film, options.look, progress);
+  Rendered rendered = render_films(device, run, scene, film, options.look, to_average, progress);
   const std::vector<cv::Mat> captured = captured_pictures(run.capture, film);
   const std::vector<cv::Mat>& seen = captured.empty() ? rendered.plain.frames : captured;
   const HumanModel* human = run.model->human();
@@ -140,9 +149,10 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
       options.flow, [&](int from, int to) { return surface.flow(rendered.views[from], rendered.views[to]); },
       [&](int from, int to) { return dis_flow(seen[from], seen[to]); }, !captured.empty(),
       rendered.plain.frames);
-  std::vector<NamedFilm> films = {rendered.plain, rendered.stylised};
+  std::vector<NamedFilm> films = {rendered.plain, rendered.stylised, rendered.unaveraged};
   if (!captured.empty()) films.insert(films.begin() + 1, {"capture", captured});
   films.insert(films.end(), others.begin(), others.end());
+  films.insert(films.end(), rendered.averaged.begin(), rendered.averaged.end());
   const StyleMixture& style = options.look.scene.empty() ? options.look.person : options.look.scene;
   FilmQuality quality = measure_films(device, films, flow.source, read_image(style[0].picture), progress);
   quality.flow = flow.name;

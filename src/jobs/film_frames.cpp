@@ -93,30 +93,35 @@ const FilmFrames::Match& FilmFrames::match(int from, int to) {
   return matches_[{from, to}] = matched(from, to, forward, backward);
 }
 
-cv::Mat FilmFrames::mean(int shot, std::size_t look, Layer layer) {
+cv::Mat FilmFrames::mean(int shot, const PictureOfShot& picture) {
   const LayerFrame& frame = entry(shot).frame;
-  const cv::Mat alone = colours_of(painted(shot, look, layer), frame);
-  if (looks_[look].strength == 0 || looks_[look].mixture(layer).empty()) return alone.clone();
+  const cv::Mat alone = picture(shot);
   std::vector<Neighbour> neighbours;
   for (int other = shot - Film::reach; other <= shot + Film::reach; ++other) {
     if (other == shot || !film_.has_shot(other)) continue;
     const LayerFrame& next = entry(other).frame;
     if (next.width != frame.width || next.height != frame.height) continue;
+    const cv::Mat colours = picture(other);
+    if (colours.empty()) continue;
     const Match& found = match(shot, other);
-    neighbours.push_back({colours_of(painted(other, look, layer), next), found.flow, found.trust});
+    neighbours.push_back({colours, found.flow, found.trust});
   }
   return with_detail_of(alone, temporal_mean(alone, neighbours));
 }
 
-LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
+cv::Mat FilmFrames::painted_picture(int shot, std::size_t look, Layer layer) {
+  return colours_of(painted(shot, look, layer), entry(shot).frame);
+}
+
+LayerFrame FilmFrames::composed(int shot, std::size_t look, const std::function<cv::Mat(Layer)>& picture) {
   forget_all_but(shot - Film::reach, shot + Film::reach);
   const LayerFrame& plain = entry(shot).frame;
   const std::vector<Layer> layers = layers_to_paint(plain, looks_[look]);
-  const cv::Mat picture = mean(shot, look, layers[0]);
+  const cv::Mat first = picture(layers[0]);
   LayerFrame result{plain.width, plain.height, {}, plain.alpha, plain.person, plain.depth, {}};
-  result.rgb.assign(picture.ptr<float>(), picture.ptr<float>() + 3 * picture.total());
+  result.rgb.assign(first.ptr<float>(), first.ptr<float>() + 3 * first.total());
   if (layers.size() > 1) {
-    const cv::Mat person = mean(shot, look, layers[1]);
+    const cv::Mat person = picture(layers[1]);
     for (std::size_t i = 0; i < plain.person.size(); ++i)
       for (int c = 0; c < 3; ++c)
         result.rgb[3 * i + c] += plain.person[i] * (person.ptr<float>()[3 * i + c] - result.rgb[3 * i + c]);
@@ -124,6 +129,31 @@ LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
   for (std::size_t i = 0; i < result.alpha.size(); ++i)
     for (int c = 0; c < 3; ++c) result.rgb[3 * i + c] *= result.alpha[i];
   return result;
+}
+
+LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
+  return composed(shot, look, [&](Layer layer) {
+    if (looks_[look].strength == 0 || looks_[look].mixture(layer).empty())
+      return painted_picture(shot, look, layer);
+    return mean(shot, [&](int other) { return painted_picture(other, look, layer); });
+  });
+}
+
+LayerFrame FilmFrames::painted_alone(int shot, std::size_t look) {
+  return composed(shot, look, [&](Layer layer) { return painted_picture(shot, look, layer); });
+}
+
+cv::Mat FilmFrames::averaged(int shot, const std::vector<cv::Mat>& pictures) {
+  forget_all_but(shot - Film::reach, shot + Film::reach);
+  const cv::Mat colours = mean(shot, [&](int other) {
+    cv::Mat picture;
+    if (other >= 0 && other < static_cast<int>(pictures.size()))
+      pictures[other].convertTo(picture, CV_32F, 1 / 255.0);
+    return picture;
+  });
+  cv::Mat picture;
+  colours.convertTo(picture, CV_8U, 255);
+  return picture;
 }
 
 }  // namespace vivant

@@ -27,18 +27,6 @@ double mean_of(const std::vector<double>& values) {
   return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
 }
 
-void check_alike(const std::vector<NamedFilm>& films) {
-  const NamedFilm& first = films.at(0);
-  for (const NamedFilm& film : films) {
-    if (film.frames.size() != first.frames.size())
-      fail("{} has {} frames, {} has {}", film.name, film.frames.size(), first.name, first.frames.size());
-    for (const cv::Mat& frame : film.frames)
-      if (frame.size() != first.frames[0].size())
-        fail("{} has frames of {}x{}, {} has {}x{}", film.name, frame.cols, frame.rows, first.name,
-             first.frames[0].cols, first.frames[0].rows);
-  }
-}
-
 /// Adds the score of frame t of every film. Returns the share of visible pixels.
 double add_pair(StLpips& perceptual, const std::vector<NamedFilm>& films, const FlowSource& flow, int t,
                 int gap, std::vector<FilmScore>& scores) {
@@ -64,9 +52,20 @@ nlohmann::ordered_json json_of(const StyleScore& score) {
 
 }  // namespace
 
+void check_alike(const NamedFilm& first, const std::vector<NamedFilm>& films) {
+  for (const NamedFilm& film : films) {
+    if (film.frames.size() != first.frames.size())
+      fail("{} has {} frames, {} has {}", film.name, film.frames.size(), first.name, first.frames.size());
+    for (const cv::Mat& frame : film.frames)
+      if (frame.size() != first.frames[0].size())
+        fail("{} has frames of {}x{}, {} has {}x{}", film.name, frame.cols, frame.rows, first.name,
+             first.frames[0].cols, first.frames[0].rows);
+  }
+}
+
 FilmQuality measure_films(Device& device, const std::vector<NamedFilm>& films, const FlowSource& flow,
                           const cv::Mat& painting, Progress& progress) {
-  check_alike(films);
+  check_alike(films.at(0), films);
   FilmQuality quality;
   quality.frames = static_cast<int>(films[0].frames.size());
   quality.size = films[0].frames.at(0).size();

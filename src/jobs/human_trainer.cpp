@@ -10,6 +10,7 @@ namespace vivant {
 
 HumanRayOptions human_ray_options(const Config& config) {
   return {.border = config.human.ray_border,
+          .mask_softness = config.human.mask_softness,
           .pool = {.step = config.human.sample_step,
                    .threshold = config.human.threshold,
                    .samples_per_ray = config.human.samples}};

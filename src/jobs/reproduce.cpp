@@ -240,6 +240,7 @@ void Plan::add_films(std::vector<Stage>& stages, const FilmedViews& views) {
                         }});
     };
     paint(method_rendered, rendered);
+    film.averaged = {method_rendered};
     if (original) {
       paint(method_captured, captured);
       const fs::path vanilla = film_folder(of_style + " " + method_vanilla);

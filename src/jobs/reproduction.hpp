@@ -12,8 +12,10 @@ using StageResults = std::map<std::string, nlohmann::ordered_json>;
 
 // Methods, as films and tables call them.
 constexpr const char* method_ours = "vivant";
+constexpr const char* method_unaveraged = "vivant-unaveraged";
 constexpr const char* method_captured = "AdaAttN on captured frames";
 constexpr const char* method_rendered = "AdaAttN on rendered frames";
+constexpr const char* method_rendered_averaged = "AdaAttN on rendered frames-averaged";
 constexpr const char* method_vanilla = "vanilla tri-plane";
 
 // Views that are filmed.

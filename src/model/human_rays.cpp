@@ -18,6 +18,14 @@ Value table(Graph& graph, const std::string& name, const TensorType& type,
   return graph.named(name, [&] { return graph.external(name, type, {buffer, 0}); });
 }
 
+/// Less than a fifth of a pixel leaves the pixels as they are.
+cv::Mat softened(const cv::Mat& mask, double sigma) {
+  if (sigma < 0.2) return mask;
+  cv::Mat soft;
+  cv::GaussianBlur(mask, soft, {}, sigma, sigma, cv::BORDER_REPLICATE);
+  return soft;
+}
+
 }  // namespace
 
 cv::Rect person_box(const cv::Mat& mask, const Camera& camera, const std::vector<Eigen::Vector3d>& posed,
@@ -56,6 +64,7 @@ HumanRays::HumanRays(Device& device, const BodyModel& body, const Capture& captu
     const Pose& pose = capture.human->poses.pose[frame.body_frame];
     const Eigen::Vector3d& translation = capture.human->poses.translation[frame.body_frame];
     const cv::Mat image = capture.image(frames[row]), mask = capture.mask(frames[row]),
+                  coverage = softened(capture.soft_mask(frames[row]), options.mask_softness * image.rows),
                   &background = backgrounds.at(row);
     if (background.type() != CV_8UC3 || background.size() != image.size())
       fail("the background of {} is no RGB picture of {}x{} pixels", frame.name, image.cols, image.rows);
@@ -68,7 +77,7 @@ HumanRays::HumanRays(Device& device, const BodyModel& body, const Capture& captu
         const auto id = static_cast<std::int32_t>(masks.size());
         drawn.push_back(id);
         if (mask.at<std::uint8_t>(y, x) >= 128) on_mask.push_back(id);
-        masks.push_back(mask.at<std::uint8_t>(y, x));
+        masks.push_back(coverage.at<std::uint8_t>(y, x));
         for (int c = 0; c < 3; ++c) {
           colours.push_back(image.at<cv::Vec3b>(y, x)[c]);
           behind.push_back(background.at<cv::Vec3b>(y, x)[c]);

@@ -23,12 +23,14 @@ std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(),
 /// Makes the last sample hide all behind it: its interval becomes very long.
 constexpr double endless = 1e10;
 
-/// Where rays are sampled: between the space's near and far and, in a bounded space, inside of its box, of
-/// which the walls themselves may be what there is to see. Rays that miss the box keep near and far.
+/// Where rays are sampled: in a shell; else between the space's near and far and, in a bounded space, inside
+/// of its box, of which the walls themselves may be what there is to see. Rays that miss the box keep near
+/// and far.
 Interval depth_range(Graph& graph, const SceneSpace& space, const Rays& rays) {
   const std::int64_t count = rays.origins.shape()[0];
   // Where rays are sampled has no gradient.
   const Value origins = graph.detach(rays.origins), directions = graph.detach(rays.directions);
+  if (space.shell) return ray_shell(origins, directions, *space.shell);
   const auto limit = [&](double depth) {
     return graph.constant({count, 1}, std::span<const double>(std::vector<double>(count, depth)));
   };

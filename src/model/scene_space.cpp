@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "vivant/data/ground.hpp"
 #include "vivant/runtime/error.hpp"
 
 namespace vivant {
@@ -52,24 +53,45 @@ double person_distance(const Capture& capture) {
   return farthest;
 }
 
-void set_shell(SceneSpace& space, const Capture& capture) {
-  space.shell = true;
-  const double person = person_distance(capture);
-  space.near = person > 0 ? 1.3 * person + 2 : 20;
-  space.far = 1.3 * space.near;
-  // The box of all that the cameras see between near and far.
+constexpr double floor_thickness = 0.05;  // of the camera's height: what of a floor's depth stays open
+constexpr double least_height = 0.1;      // metres of the camera above a floor that can be seen from there
+
+std::array<double, 3> array_of(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Around the first camera, between near and far.
+Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_ground) {
+  const Vector3d centre = capture.frames.front().camera.centre();
+  Shell shell{.centre = array_of(centre), .inner_radius = space.near, .outer_radius = space.far};
+  if (!with_ground || !capture.human) return shell;
+  const Body body = shaped(capture.human->body, capture.human->poses.shape);
+  const std::optional<GroundPlane> ground = fitted_ground(body, capture.human->poses);
+  if (!ground || ground->height_above(centre) < least_height) return shell;
+  shell.up = array_of(ground->normal);
+  shell.inner_floor = ground->height_above(centre);
+  shell.outer_floor = (1 + floor_thickness) * shell.inner_floor;
+  return shell;
+}
+
+/// The box of all that the cameras see of the shell.
+void set_box_of_shell(SceneSpace& space, const Capture& capture) {
+  constexpr int steps = 8;  // along each side of a picture
+  constexpr double step = 1.0 / steps;
+  const Shell& shell = *space.shell;
+  const Vector3d up(shell.up[0], shell.up[1], shell.up[2]);
   Vector3d low = Vector3d::Constant(1e30), high = -low;
-  for (const CaptureFrame& frame : capture.frames) {
-    const Camera& camera = frame.camera;
-    for (double x : {0.0, 0.5, 1.0})
-      for (double y : {0.0, 0.5, 1.0})
-        for (double depth : {space.near, space.far}) {
-          const Ray ray = camera.ray({x * camera.width, y * camera.height});
-          const Vector3d point = ray.origin + depth * ray.direction;
-          low = low.cwiseMin(point);
-          high = high.cwiseMax(point);
-        }
-  }
+  for (const CaptureFrame& frame : capture.frames)
+    for (int i = 0; i < (steps + 1) * (steps + 1); ++i) {
+      const Camera& camera = frame.camera;
+      const int row = i / (steps + 1), column = i % (steps + 1);
+      const Ray ray = camera.ray({column * step * camera.width, row * step * camera.height});
+      const double falling = std::max(-up.dot(ray.direction), 1e-9);
+      for (const double depth : {std::min(shell.inner_radius, shell.inner_floor / falling),
+                                 std::min(shell.outer_radius, shell.outer_floor / falling)}) {
+        const Vector3d point = ray.origin + depth * ray.direction;
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+      }
+    }
   space.centre = 0.5 * (low + high);
   space.radius = 0.51 * (high - low);
 }
@@ -99,7 +121,9 @@ SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options)
             : capture.points.positions.empty() ? "box"
                                                : "contraction";
   if (shape == "shell") {
-    set_shell(space, capture);
+    const double person = person_distance(capture);
+    space.near = person > 0 ? 1.3 * person + 2 : 20;
+    space.far = 1.3 * space.near;
   } else if (shape == "box") {
     space.centre = capture.scene_box.centre();
     space.radius = 0.5 * capture.scene_box.size();
@@ -128,11 +152,15 @@ SceneSpace scene_space(const Capture& capture, const SceneSpaceOptions& options)
   }
   if (options.near > 0) space.near = options.near;
   if (options.far > 0) space.far = options.far;
-  if (options.radius > 0) space.radius = Vector3d::Constant(options.radius);
   if (!(space.far > space.near && space.near > 0))
     throw UsageError(
         fmt::format("the scene's rays run from {:.3g} to {:.3g}: near must be positive and below far",
                     space.near, space.far));
+  if (shape == "shell") {
+    space.shell = shell_around(capture, space, options.ground);
+    set_box_of_shell(space, capture);
+  }
+  if (options.radius > 0) space.radius = Vector3d::Constant(options.radius);
   return space;
 }
 

@@ -1,5 +1,7 @@
 #include "vivant/ops/rays.hpp"
 
+#include <cmath>
+
 #include "vivant/graph/launch.hpp"
 #include "vivant/ops/registry.hpp"
 
@@ -40,6 +42,29 @@ struct RayBox final : Op {
         .run(items(origins[0]), thin_group);
   }
   const double nearest;
+};
+
+struct RayShell final : Op {
+  explicit RayShell(const Shell& shell) : shell(shell) {}
+  std::string_view name() const override { return "ray_shell"; }
+  TensorTypes infer(const TensorTypes& in) const override {
+    check_rays(name(), in);
+    if (!(shell.inner_radius > 0 && shell.outer_radius > shell.inner_radius))
+      fail("[ray_shell] the radii are {} and {}: the inner one must be above 0, the outer one above it",
+           shell.inner_radius, shell.outer_radius);
+    const TensorType per_ray{DType::real, {in[0].shape[0], 1}, in[0].count};
+    return {per_ray, per_ray};
+  }
+  bool accepts_counts() const override { return true; }
+  void launch(Launch& launch) const override {
+    const Tensor& origins = launch.in(0);
+    launch.kernel("rays.cl", "ray_shell")
+        .args(origins, launch.in(1), launch.out(0), launch.out(1), origins[0], shell.centre[0],
+              shell.centre[1], shell.centre[2], shell.inner_radius, shell.outer_radius, shell.up[0],
+              shell.up[1], shell.up[2], shell.inner_floor, shell.outer_floor, launch.count_of(origins))
+        .run(items(origins[0]), thin_group);
+  }
+  const Shell shell;
 };
 
 struct PointsOnRaysGradient final : Op {
@@ -138,6 +163,34 @@ const RegisterOp register_ray_box({
       return {interval.near, interval.far};
     },
 });
+const AttributeInfo centre_info[] = {{"x", 0.0, "centre"}, {"y", 0.0, "centre"}, {"z", 0.0, "centre"}};
+std::array<double, 3> centre_of(const Attributes& a) { return {a.number("x"), a.number("y"), a.number("z")}; }
+const RegisterOp register_ray_shell({
+    .name = "ray_shell",
+    .summary = "where rays leave the two sides of a shell and its floor",
+    .inputs = {{"origins", "[R, 3]"}, {"directions", "[R, 3] of unit length"}},
+    .outputs = {{"near", "[R, 1]"}, {"far", "[R, 1]"}},
+    .attributes = {centre_info[0],
+                   centre_info[1],
+                   centre_info[2],
+                   {"inner_radius", 1.0, "above 0"},
+                   {"outer_radius", 2.0, "above inner_radius"},
+                   {"slope_x", 0.0, "of the floor, up along +x"},
+                   {"slope_z", 0.0, "of the floor, up along +z"},
+                   {"inner_floor", 1e30, "the floor's upper side, below the centre"},
+                   {"outer_floor", 1e30, "its lower side"}},
+    .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
+      const double x = a.number("slope_x"), z = a.number("slope_z"), length = std::sqrt(x * x + 1 + z * z);
+      const Interval interval = ray_shell(in[0], in[1],
+                                          {.centre = centre_of(a),
+                                           .inner_radius = a.number("inner_radius"),
+                                           .outer_radius = a.number("outer_radius"),
+                                           .up = {-x / length, 1 / length, -z / length},
+                                           .inner_floor = a.number("inner_floor"),
+                                           .outer_floor = a.number("outer_floor")});
+      return {interval.near, interval.far};
+    },
+});
 const RegisterOp register_points_on_rays({
     .name = "points_on_rays",
     .summary = "origin + depth * direction",
@@ -148,8 +201,6 @@ const RegisterOp register_points_on_rays({
       return {points_on_rays(in[0], in[1], in[2])};
     },
 });
-const AttributeInfo centre_info[] = {{"x", 0.0, "centre"}, {"y", 0.0, "centre"}, {"z", 0.0, "centre"}};
-std::array<double, 3> centre_of(const Attributes& a) { return {a.number("x"), a.number("y"), a.number("z")}; }
 const RegisterOp register_contract({
     .name = "contract",
     .summary = "all of space to [-1, 1]^3",
@@ -181,6 +232,10 @@ const RegisterOp register_normalise_to_box({
 
 Interval ray_box(Value origins, Value directions, Value box, double nearest) {
   const Values out = origins.graph->record(std::make_shared<RayBox>(nearest), {origins, directions, box});
+  return {out[0], out[1]};
+}
+Interval ray_shell(Value origins, Value directions, const Shell& shell) {
+  const Values out = origins.graph->record(std::make_shared<RayShell>(shell), {origins, directions});
   return {out[0], out[1]};
 }
 Value points_on_rays(Value origins, Value directions, Value depths) {

@@ -43,6 +43,52 @@ std::vector<HostTensor> near_and_far(const Variation& v, const std::vector<HostT
   return {near, far};
 }
 
+// sizes of ray_shell: rays, live rays (-1: all)
+std::vector<HostTensor> rays_of_unit_length(const Variation& v, Random& random) {
+  std::vector<HostTensor> in = {random.tensor({v.sizes[0], 3}, -4, 4), random.tensor({v.sizes[0], 3})};
+  for (std::int64_t r = 0; r < v.sizes[0]; ++r) {
+    for (int axis = 0; axis < 3 && r % 3 == 0; ++axis) in[0].data[3 * r + axis] *= 0.1;  // from the middle
+    double* d = &in[1].data[3 * r];
+    const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (int axis = 0; axis < 3; ++axis) d[axis] /= length;
+  }
+  for (HostTensor& tensor : in) tensor.differentiable = false;
+  in[0].live_rows = v.sizes[1];
+  return in;
+}
+
+std::vector<HostTensor> shell_depths(const Variation& v, const std::vector<HostTensor>& in) {
+  const nlohmann::json& a = v.attributes;
+  const double centre[] = {a.value("x", 0.0), a.value("y", 0.0), a.value("z", 0.0)};
+  const double slope_x = a.value("slope_x", 0.0), slope_z = a.value("slope_z", 0.0);
+  const double steepness = std::sqrt(slope_x * slope_x + 1 + slope_z * slope_z);
+  HostTensor near, far;
+  near.shape = far.shape = {v.sizes[0], 1};
+  for (std::int64_t r = 0; r < (v.sizes[1] < 0 ? v.sizes[0] : v.sizes[1]); ++r) {
+    double o[3], half_b = 0, square = 0;
+    const double* d = &in[1].data[3 * r];
+    for (int axis = 0; axis < 3; ++axis) {
+      o[axis] = in[0].data[3 * r + axis] - centre[axis];
+      half_b += o[axis] * d[axis];
+      square += o[axis] * o[axis];
+    }
+    // |o + t d| = radius, and the height of o + t d above the floor = 0.
+    const auto leave = [&](double radius, double floor) {
+      const double discriminant = half_b * half_b - square + radius * radius;
+      double depth = -half_b + std::sqrt(std::max(0.0, discriminant));
+      const double height = (o[1] - slope_x * o[0] - slope_z * o[2]) / steepness + floor;
+      const double rise = (d[1] - slope_x * d[0] - slope_z * d[2]) / steepness;
+      if (height > 0 && rise < 0) depth = std::min(depth, -height / rise);
+      return depth;
+    };
+    const double inner = a.value("inner_radius", 1.0), least = 1e-3 * inner;
+    near.data.push_back(std::max(leave(inner, a.value("inner_floor", 1e30)), least));
+    far.data.push_back(std::max(leave(a.value("outer_radius", 2.0), a.value("outer_floor", 1e30)),
+                                near.data.back() + least));
+  }
+  return {near, far};
+}
+
 // sizes of points_on_rays: rays, samples
 std::vector<HostTensor> rays_and_depths(const Variation& v, Random& random) {
   std::vector<HostTensor> in = {random.tensor({v.sizes[0], 3}), random.tensor({v.sizes[0], 3}),
@@ -99,6 +145,24 @@ const Register register_ray_box(OpCase{
     .inputs = rays_and_box,
     .reference = near_and_far,
     .benchmark = {{65536, 0, -1}},
+    .bytes = [](const Variation& v) { return 32.0 * rows(v); },
+});
+const Register register_ray_shell(OpCase{
+    .op = "ray_shell",
+    .variations = {{{40, -1}},
+                   {{67, 50},
+                    {{"x", 0.3},
+                     {"y", -0.2},
+                     {"z", 0.5},
+                     {"inner_radius", 3.0},
+                     {"outer_radius", 4.0},
+                     {"slope_x", 0.2},
+                     {"slope_z", -0.1},
+                     {"inner_floor", 0.7},
+                     {"outer_floor", 0.8}}}},
+    .inputs = rays_of_unit_length,
+    .reference = shell_depths,
+    .benchmark = {{65536, -1}, {{"inner_floor", 0.7}, {"outer_floor", 0.8}}},
     .bytes = [](const Variation& v) { return 32.0 * rows(v); },
 });
 const Register register_points_on_rays(OpCase{

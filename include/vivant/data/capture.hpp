@@ -76,6 +76,8 @@ struct Capture {
   /// The mask of a frame: CV_8UC1, 255 = person (or left out of the scene); all zero when the frame has no
   /// mask.
   cv::Mat mask(int frame) const;
+  /// The same as the file has it, with the grey values of a border that was drawn softly.
+  cv::Mat soft_mask(int frame) const;
 };
 
 /// When load_capture looks at the pictures: at once, so that a bad one stops the program before hours of

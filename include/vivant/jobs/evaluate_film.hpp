@@ -30,13 +30,17 @@ struct FilmEvaluationOptions {
   /// Films by other methods, made of the unstylised one: name, and an .mp4 or a folder of pictures in the
   /// order of their names.
   std::vector<std::pair<std::string, std::filesystem::path>> others;
+  /// Of these, the ones that are measured a second time, as the mean over frames that our films are
+  /// (FilmFrames): what the mean is worth to others.
+  std::vector<std::string> averaged;
   std::filesystem::path output;  ///< folder for films and report; empty: none
 };
 
-/// Renders a film of a run unstylised and in a look and measures both, and films by other methods, against
-/// the first painting of the look. The capture's own pictures are measured too when the film shows them. With
-/// an output folder: films as .mp4, the unstylised one's frames as pictures in unstylised/, report.json,
-/// report.md and index.html. Throws Error, or UsageError for a look without a style.
+/// Renders a film of a run unstylised and in a look and measures both, the latter also without the mean over
+/// frames ("vivant-unaveraged"), and films by other methods, against the first painting of the look. The
+/// capture's own pictures are measured too when the film shows them. With an output folder: films as .mp4,
+/// the unstylised one's frames as pictures in unstylised/, report.json, report.md and index.html. Throws
+/// Error, or UsageError for a look without a style.
 FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, Progress& progress);
 
 /// "name=path", or a path whose stem is the name. Throws UsageError for an empty name or path.

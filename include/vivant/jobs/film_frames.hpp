@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,6 +32,10 @@ class FilmFrames {
   /// neighbours, along the better of two flows at each pixel. Layers with styles of their own are two such
   /// means, put together by the person's share; a layer without a style is as rendered.
   LayerFrame stylised(int shot, std::size_t look);
+  /// The same without the mean: the shot as it is painted alone.
+  LayerFrame painted_alone(int shot, std::size_t look);
+  /// The same mean of another film's pictures (CV_8UC3, RGB, of the shots 0, 1, ...), of one of these shots.
+  cv::Mat averaged(int shot, const std::vector<cv::Mat>& pictures);
 
  private:
   struct Entry;
@@ -48,7 +53,12 @@ class FilmFrames {
   };
   Match matched(int from, int to, const Flows& forward, const Flows& backward);
   const Match& match(int from, int to);
-  cv::Mat mean(int shot, std::size_t look, Layer layer);
+  /// A film's picture of a shot, CV_32FC3; empty where there is none.
+  using PictureOfShot = std::function<cv::Mat(int shot)>;
+  cv::Mat mean(int shot, const PictureOfShot& picture);
+  /// The layers of a look that `picture` gives, put together.
+  LayerFrame composed(int shot, std::size_t look, const std::function<cv::Mat(Layer)>& picture);
+  cv::Mat painted_picture(int shot, std::size_t look, Layer layer);
 
   const Film& film_;
   const Body* body_;

@@ -51,6 +51,9 @@ struct FilmQuality {
 /// The flow from frame `from` to frame `to`, see flow.hpp.
 using FlowSource = std::function<cv::Mat(int from, int to)>;
 
+/// Throws Error for a film that differs from the first in length or size.
+void check_alike(const NamedFilm& first, const std::vector<NamedFilm>& films);
+
 /// Measures films of as many frames of one size, of which the first one is unstylised. Without a painting
 /// (CV_8UC3 RGB) style and content are left out. Throws Error for films that differ in length or size.
 FilmQuality measure_films(Device& device, const std::vector<NamedFilm>& films, const FlowSource& flow,

@@ -13,7 +13,8 @@ cv::Rect person_box(const cv::Mat& mask, const Camera& camera, const std::vector
                     int border);
 
 struct HumanRayOptions {
-  double border = 0.04;  ///< image heights around the box of mask and posed body
+  double border = 0.04;      ///< image heights around the box of mask and posed body
+  double mask_softness = 0;  ///< standard deviation in image heights by which masks are blurred
   PoolOptions pool;
 };
 
@@ -29,7 +30,7 @@ class HumanRays {
   const HumanSamplePool& samples() const { return pool_; }
   Value colours(Graph& graph) const;      ///< u8 [rays, 3]
   Value backgrounds(Graph& graph) const;  ///< u8 [rays, 3]
-  Value masks(Graph& graph) const;        ///< u8 [rays, 1], 255 on the person
+  Value masks(Graph& graph) const;        ///< u8 [rays, 1], 255 on the person, between at its border
   /// i32 [L] what to draw from: every ray once, and rays on the mask as often again, so that half of a random
   /// draw lies on the person.
   Value drawn(Graph& graph) const;

@@ -30,6 +30,19 @@ struct Interval {
 /// `near` is at least `nearest`. No gradient.
 Interval ray_box(Value origins, Value directions, Value box, double nearest = 0);
 
+/// A shell around a place, cut off below by a floor: metres or any unit, inner < outer.
+struct Shell {
+  std::array<double, 3> centre = {};
+  double inner_radius = 1, outer_radius = 2;
+  std::array<double, 3> up = {0, 1, 0};           ///< unit length
+  double inner_floor = 1e30, outer_floor = 1e30;  ///< its upper and lower side, below the centre
+};
+
+/// Where rays of unit direction leave the inner and the outer side of a shell: the ball's, or the floor's
+/// where that comes first. A ray that passes the ball has the point nearest to its centre. near > 0, far >
+/// near. No gradient.
+Interval ray_shell(Value origins, Value directions, const Shell& shell);
+
 /// How samples are spread between near and far: evenly, or evenly in 1 / depth.
 enum class Spacing { linear, disparity };
 Spacing spacing_from(const std::string& name);

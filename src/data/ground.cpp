@@ -1,0 +1,81 @@
+#include "vivant/data/ground.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace vivant {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr int rounds = 30;              // of the weights; they settle within ten
+constexpr double jump = 0.05;           // metres above the plane at which a point counts half
+constexpr double level = 1;             // square metres that feet must cover to halve a level prior
+constexpr double most_slope = 0.36397;  // tan 20 degrees
+
+/// y = height + slope . (x, z)
+struct Slope {
+  Vector2d slope = Vector2d::Zero();
+  double height = 0;
+  double above(const Vector3d& p) const { return p.y() - height - slope.dot(Vector2d(p.x(), p.z())); }
+};
+
+Slope weighted_fit(const std::vector<Vector3d>& points, const std::vector<double>& weights) {
+  Vector3d mean = Vector3d::Zero();
+  double sum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    mean += weights[i] * points[i];
+    sum += weights[i];
+  }
+  mean /= sum;
+  Matrix2d square = level * Matrix2d::Identity();
+  Vector2d product = Vector2d::Zero();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3d d = points[i] - mean;
+    const Vector2d flat(d.x(), d.z());
+    square += weights[i] * flat * flat.transpose();
+    product += weights[i] * d.y() * flat;
+  }
+  Slope fit;
+  fit.slope = square.ldlt().solve(product);
+  fit.height = mean.y() - fit.slope.dot(Vector2d(mean.x(), mean.z()));
+  return fit;
+}
+
+}  // namespace
+
+std::vector<Vector3d> lowest_points(const Body& body, const Motion& motion) {
+  std::vector<Vector3d> lowest;
+  for (int frame = 0; frame < motion.frame_count(); ++frame) {
+    const std::vector<Vector3d> posed =
+        skin(body, joint_transforms(body, motion.pose[frame], motion.translation[frame]));
+    lowest.push_back(*std::min_element(posed.begin(), posed.end(),
+                                       [](const Vector3d& a, const Vector3d& b) { return a.y() < b.y(); }));
+  }
+  return lowest;
+}
+
+std::optional<GroundPlane> fitted_ground(const Body& body, const Motion& motion) {
+  const std::vector<Vector3d> points = lowest_points(body, motion);
+  std::vector<double> weights(points.size(), 1.0);
+  Slope fit;
+  for (int round = 0; round < rounds; ++round) {
+    fit = weighted_fit(points, weights);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double above = std::max(0.0, fit.above(points[i]) / jump);
+      weights[i] = 1 / (1 + above * above);
+    }
+  }
+  if (fit.slope.norm() > most_slope) return std::nullopt;
+  GroundPlane ground;
+  ground.normal = Vector3d(-fit.slope.x(), 1, -fit.slope.y()).normalized();
+  ground.offset = std::numeric_limits<double>::infinity();
+  for (const Vector3d& point : points) ground.offset = std::min(ground.offset, ground.normal.dot(point));
+  return ground;
+}
+
+}  // namespace vivant
