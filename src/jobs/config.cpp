@@ -192,6 +192,7 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"human.error_input", "observed"},
                                     {"human.shading", "false"},
                                     {"human.corrections", "learned"},
+                                    {"human.mask_softness", "0"},
                                     {"scene.weight_threshold", "0"},
                                     {"style.feature_weight", "1"},
                                     {"style.luma_weight", "8"}})

@@ -8,9 +8,9 @@
 
 namespace vivant {
 
-HumanRayOptions human_ray_options(const Config& config) {
+HumanRayOptions human_ray_options(const Config& config, bool exact_poses) {
   return {.border = config.human.ray_border,
-          .mask_softness = config.human.mask_softness,
+          .mask_softness = exact_poses ? 0 : config.human.mask_softness,
           .pool = {.step = config.human.sample_step,
                    .threshold = config.human.threshold,
                    .samples_per_ray = config.human.samples}};
@@ -24,7 +24,8 @@ HumanTrainer::HumanTrainer(Device& device, const Config& config, const Capture& 
       capture_(capture),
       store_(store),
       model_(model),
-      rays_(device, model.body(), capture, capture.training_frames(), backgrounds, human_ray_options(config)),
+      rays_(device, model.body(), capture, capture.training_frames(), backgrounds,
+            human_ray_options(config, capture.human && capture.human->exact)),
       points_(device, model, static_cast<std::uint64_t>(config.training.seed)) {
   const std::int64_t rays = config.human.rays * config.human.batches_per_step;
   most_samples_ = rays * rays_.samples().samples_per_ray();

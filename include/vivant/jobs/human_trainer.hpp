@@ -6,8 +6,8 @@
 
 namespace vivant {
 
-/// How the rays of the training are traced.
-HumanRayOptions human_ray_options(const Config& config);
+/// How the rays of the training are traced, and how soft their masks are: as stored with exact poses.
+HumanRayOptions human_ray_options(const Config& config, bool exact_poses);
 
 /// Trains the person's field over a known background: half of the rays on the
 /// person, half in a box around, frames mixed. A batch whose samples do not fit into the memory planned for

@@ -66,7 +66,7 @@ class HumanRenderer {
 
   struct Options {
     double step = 0.0075;     ///< metres between samples
-    double threshold = 0.08;  ///< metres: samples farther from the body are empty
+    double threshold = 0.12;  ///< metres: samples farther from the body are empty
     std::int64_t tile_rays = 2048;
     bool view_direction = true;
     const SceneModel* scene = nullptr;  ///< absent: the person alone

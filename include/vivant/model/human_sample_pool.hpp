@@ -11,7 +11,7 @@ namespace vivant {
 
 struct PoolOptions {
   double step = 0.015;                  ///< metres between samples
-  double threshold = 0.08;              ///< metres: samples farther from the posed body are left out
+  double threshold = 0.12;              ///< metres: samples farther from the posed body are left out
   std::int64_t samples_per_ray = 128;   ///< the most of one ray
   std::int64_t rays_per_batch = 16384;  ///< rays that are traced at a time
   /// The most memory of the records, 36 bytes a sample; at most what the device allows for one buffer.
