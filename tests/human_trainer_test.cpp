@@ -1,11 +1,14 @@
 #include "vivant/jobs/human_trainer.hpp"
 
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "graph_helpers.hpp"
 #include "small_capture.hpp"
 #include "vivant/jobs/capture_model.hpp"
 #include "vivant/model/human_renderer.hpp"
+#include "vivant/ops/gather.hpp"
 
 using namespace vivant;
 
@@ -89,6 +92,35 @@ Agreement agreement(Training& training) {
 }
 
 }  // namespace
+
+TEST_CASE("human rays: masks of fitted poses have soft borders, those of exact ones are as stored") {
+  Training training;
+  Config config = training.config;
+  config.human.mask_softness = 0.02;
+  CHECK(human_ray_options(config, true).mask_softness == 0);
+  CHECK(human_ray_options(config, false).mask_softness == 0.02);
+  const auto masks = [&](bool exact) {
+    const HumanRays rays(training.device, training.model.human()->body(), training.capture,
+                         training.capture.training_frames(), backgrounds(), human_ray_options(config, exact));
+    Graph graph;
+    const std::int64_t count = rays.samples().ray_count();
+    std::vector<std::int32_t> all(count);
+    std::iota(all.begin(), all.end(), 0);
+    const Value mask =
+        image_gather(rays.masks(graph), graph.constant({count}, std::span<const std::int32_t>(all)));
+    Run run(graph, {mask});
+    return run.read(mask);
+  };
+  const auto between = [](const std::vector<float>& values) {
+    return std::count_if(values.begin(), values.end(), [](float m) { return m > 0.01f && m < 0.99f; });
+  };
+  const std::vector<float> soft = masks(false), stored = masks(true);
+  CHECK(between(stored) == 0);
+  CHECK(between(soft) > 100);
+  double difference = 0;  // of the shares of pixels that are the person's
+  for (std::size_t i = 0; i < soft.size(); ++i) difference += soft[i] - stored[i];
+  CHECK(std::abs(difference) < 0.02 * std::accumulate(stored.begin(), stored.end(), 0.0));
+}
 
 TEST_CASE("human_trainer: the same seed gives the same bits") {
   Training a, b;

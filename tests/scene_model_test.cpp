@@ -83,6 +83,11 @@ TEST_CASE("scene space: a camera that only rotates has a far shell and the floor
   CHECK(space.centre.z() - space.radius.z() < -space.far);
   const SceneSpace without = scene_space(capture, {.ground = false});
   CHECK(without.shell->inner_floor > 1e20);
+  Capture below = capture, nobody = capture;  // the camera below the floor; no person
+  for (Eigen::Vector3d& translation : below.human->poses.translation) translation.y() = 1;
+  nobody.human.reset();
+  CHECK(scene_space(below, {.shape = "shell"}).shell->inner_floor > 1e20);
+  CHECK(scene_space(nobody, {.shape = "shell"}).shell->inner_floor > 1e20);
   CHECK(without.centre.y() - without.radius.y() < -4);
 
   // The samples of a ray that looks down, from the camera and from a metre beside and below it.

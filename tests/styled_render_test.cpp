@@ -110,6 +110,15 @@ void check_evaluation(const std::string& run, const fs::path& folder, const std:
   CHECK(fs::exists(report + "/vivant.mp4"));
   CHECK(pictures_in(report + "/unstylised").size() == 2);
   CHECK(contains(run_vivant("eval " + run + " --film a=b").err, "give --style"));
+  CHECK(contains(run_vivant(fmt::format("eval {} --views first --style {} --film short={}", run, style,
+                                        (folder / "in_red").string()))
+                     .err,
+                 "short has 2 frames, the run's film has 1"));
+  CHECK(
+      contains(run_vivant(fmt::format("eval {} --average-films --style {} --film a-averaged={} --film a={}",
+                                      run, style, (folder / "in_red").string(), (folder / "in_red").string()))
+                   .err,
+               "two films are called 'a-averaged'"));
   CHECK(contains(run_vivant("eval " + run + " --average-films --style " + style).err, "give --film"));
   CHECK(
       contains(run_vivant("eval " + run + " --film vivant=b --style " + style).err, "two films are called"));

@@ -13,8 +13,9 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int rounds = 30;              // of the weights; they settle within ten
-constexpr double jump = 0.05;           // metres above the plane at which a point counts half
-constexpr double level = 1;             // square metres that feet must cover to halve a level prior
+constexpr double jump = 0.05;           // metres off the plane at which a point counts half
+constexpr double level = 0.05;          // square metres: the variance of feet's places that halves a slope
+constexpr double below_floor = 0.05;    // of the frames: fits that sink too deep
 constexpr double most_slope = 0.36397;  // tan 20 degrees
 
 /// y = height + slope . (x, z)
@@ -37,8 +38,8 @@ Slope weighted_fit(const std::vector<Vector3d>& points, const std::vector<double
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3d d = points[i] - mean;
     const Vector2d flat(d.x(), d.z());
-    square += weights[i] * flat * flat.transpose();
-    product += weights[i] * d.y() * flat;
+    square += weights[i] / sum * flat * flat.transpose();
+    product += weights[i] / sum * d.y() * flat;
   }
   Slope fit;
   fit.slope = square.ldlt().solve(product);
@@ -66,15 +67,19 @@ std::optional<GroundPlane> fitted_ground(const Body& body, const Motion& motion)
   for (int round = 0; round < rounds; ++round) {
     fit = weighted_fit(points, weights);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const double above = std::max(0.0, fit.above(points[i]) / jump);
-      weights[i] = 1 / (1 + above * above);
+      const double off = fit.above(points[i]) / jump;
+      weights[i] = 1 / (1 + off * off);
     }
   }
   if (fit.slope.norm() > most_slope) return std::nullopt;
   GroundPlane ground;
   ground.normal = Vector3d(-fit.slope.x(), 1, -fit.slope.y()).normalized();
-  ground.offset = std::numeric_limits<double>::infinity();
-  for (const Vector3d& point : points) ground.offset = std::min(ground.offset, ground.normal.dot(point));
+  std::vector<double> heights;
+  heights.reserve(points.size());
+  for (const Vector3d& point : points) heights.push_back(ground.normal.dot(point));
+  const auto low = heights.begin() + static_cast<std::ptrdiff_t>(below_floor * (heights.size() - 1.0));
+  std::nth_element(heights.begin(), low, heights.end());
+  ground.offset = *low;
   return ground;
 }
 

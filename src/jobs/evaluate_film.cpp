@@ -27,11 +27,13 @@ struct Rendered {
   std::vector<SurfaceView> views;
 };
 
+std::string averaged_name(const std::string& film) { return film + "-averaged"; }
+
 Rendered render_films(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
                       const Look& look, const std::vector<NamedFilm>& to_average, Progress& progress) {
   FilmFrames frames(device, run, scene, film, "both", {look});
   Rendered rendered;
-  for (const NamedFilm& other : to_average) rendered.averaged.push_back({other.name + "-averaged", {}});
+  for (const NamedFilm& other : to_average) rendered.averaged.push_back({averaged_name(other.name), {}});
   const InterruptGuard guard;
   const int count = static_cast<int>(film.shots.size());
   progress.begin("render", 0, count);
@@ -129,11 +131,15 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
   check_look(options.look, "both", run.model->human() != nullptr);
   std::vector<NamedFilm> others;
   std::set<std::string> names = {"unstylised", "capture", "vivant", "vivant-unaveraged"};
-  for (const auto& [name, path] : options.others) {
+  const auto take_name = [&](const std::string& name) {
     if (!names.insert(name).second)
       throw UsageError(fmt::format("two films are called '{}': rename one", name));
+  };
+  for (const auto& [name, path] : options.others) {
+    take_name(name);
     others.push_back({name, read_frames(path).pictures});
   }
+  for (const std::string& name : options.averaged) take_name(averaged_name(name));
   const std::vector<cv::Mat> blank(film.shots.size(), cv::Mat(film_size(film), CV_8UC3));
   check_alike({"the run's film", blank}, others);  // before minutes of rendering
   std::vector<NamedFilm> to_average;

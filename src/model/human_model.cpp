@@ -25,8 +25,6 @@ std::vector<float> surface_points(const HumanOptions& options, const BodyModel& 
   return points;
 }
 
-std::array<double, 3> array_of(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 }  // namespace
 
 HumanModel::HumanModel(Device& device, ParameterStore& store, const Initializer& initializer,

@@ -63,8 +63,8 @@ HumanRays::HumanRays(Device& device, const BodyModel& body, const Capture& captu
     if (frame.body_frame < 0) fail("{}: the frame {} has no body_frame", capture.source.string(), frame.name);
     const Pose& pose = capture.human->poses.pose[frame.body_frame];
     const Eigen::Vector3d& translation = capture.human->poses.translation[frame.body_frame];
-    const cv::Mat image = capture.image(frames[row]), mask = capture.mask(frames[row]),
-                  coverage = softened(capture.soft_mask(frames[row]), options.mask_softness * image.rows),
+    const cv::Mat image = capture.image(frames[row]), stored = capture.soft_mask(frames[row]),
+                  mask = stored > 127, coverage = softened(stored, options.mask_softness * image.rows),
                   &background = backgrounds.at(row);
     if (background.type() != CV_8UC3 || background.size() != image.size())
       fail("the background of {} is no RGB picture of {}x{} pixels", frame.name, image.cols, image.rows);

@@ -18,8 +18,6 @@ RandomKey no_randomness(Graph& graph) {
   return {constant, constant, 0};
 }
 
-std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 /// Makes the last sample hide all behind it: its interval becomes very long.
 constexpr double endless = 1e10;
 

@@ -56,15 +56,20 @@ double person_distance(const Capture& capture) {
 constexpr double floor_thickness = 0.05;  // of the camera's height: what of a floor's depth stays open
 constexpr double least_height = 0.1;      // metres of the camera above a floor that can be seen from there
 
-std::array<double, 3> array_of(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 /// Around the first camera, between near and far.
 Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_ground) {
   const Vector3d centre = capture.frames.front().camera.centre();
   Shell shell{.centre = array_of(centre), .inner_radius = space.near, .outer_radius = space.far};
   if (!with_ground || !capture.human) return shell;
-  const Body body = shaped(capture.human->body, capture.human->poses.shape);
-  const std::optional<GroundPlane> ground = fitted_ground(body, capture.human->poses);
+  const Motion& poses = capture.human->poses;
+  Motion seen;
+  for (const CaptureFrame& frame : capture.frames) {
+    if (frame.body_frame < 0) continue;
+    seen.pose.push_back(poses.pose[frame.body_frame]);
+    seen.translation.push_back(poses.translation[frame.body_frame]);
+  }
+  if (seen.pose.empty()) return shell;
+  const auto ground = fitted_ground(shaped(capture.human->body, poses.shape), seen);
   if (!ground || ground->height_above(centre) < least_height) return shell;
   shell.up = array_of(ground->normal);
   shell.inner_floor = ground->height_above(centre);
@@ -74,16 +79,13 @@ Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_gr
 
 /// The box of all that the cameras see of the shell.
 void set_box_of_shell(SceneSpace& space, const Capture& capture) {
-  constexpr int steps = 8;  // along each side of a picture
-  constexpr double step = 1.0 / steps;
   const Shell& shell = *space.shell;
   const Vector3d up(shell.up[0], shell.up[1], shell.up[2]);
   Vector3d low = Vector3d::Constant(1e30), high = -low;
   for (const CaptureFrame& frame : capture.frames)
-    for (int i = 0; i < (steps + 1) * (steps + 1); ++i) {
+    for (int i = 0; i < 9; ++i) {  // corners, sides and middle of the picture
       const Camera& camera = frame.camera;
-      const int row = i / (steps + 1), column = i % (steps + 1);
-      const Ray ray = camera.ray({column * step * camera.width, row * step * camera.height});
+      const Ray ray = camera.ray({i % 3 * 0.5 * camera.width, i / 3 % 3 * 0.5 * camera.height});
       const double falling = std::max(-up.dot(ray.direction), 1e-9);
       for (const double depth : {std::min(shell.inner_radius, shell.inner_floor / falling),
                                  std::min(shell.outer_radius, shell.outer_floor / falling)}) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -21,6 +22,9 @@ struct Box {
   Eigen::Vector3d size() const { return max - min; }
   Eigen::Vector3d centre() const { return 0.5 * (min + max); }
 };
+
+/// x, y, z, as ops take them.
+inline std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// How a picture was exposed: its colours (0..1) are gain * colour + offset of what all pictures share.
 struct Exposure {

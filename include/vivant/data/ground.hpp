@@ -17,10 +17,11 @@ struct GroundPlane {
 /// The lowest vertex of the body in each frame of a motion (+y is up).
 std::vector<Eigen::Vector3d> lowest_points(const Body& body, const Motion& motion);
 
-/// The floor that feet stand on, below all of them. A camera may be tilted in the world of the poses, so the
-/// plane is fitted to the lowest points: by least squares, in which points above it count less (jumps), and
-/// drawn towards level, so that a person who stays in one place says nothing of a slope. Then it is lowered
-/// below every point. Absent for a plane steeper than 20 degrees: such a person stands on no floor.
+/// The floor that feet stand on. A camera may be tilted in the world of the poses, so the plane is fitted to
+/// the lowest points: by least squares, in which points off it count less (jumps, bad fits), and drawn
+/// towards level, so that a person who stays in one place says nothing of a slope. Then it is lowered below
+/// all but the lowest 5 % of the points. Absent for a plane steeper than 20 degrees: such a person stands on
+/// no floor.
 std::optional<GroundPlane> fitted_ground(const Body& body, const Motion& motion);
 
 }  // namespace vivant
