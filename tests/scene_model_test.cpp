@@ -83,6 +83,22 @@ TEST_CASE("scene space: a camera that only rotates has a far shell and the floor
   CHECK(space.centre.z() - space.radius.z() < -space.far);
   const SceneSpace without = scene_space(capture, {.ground = false});
   CHECK(without.shell->inner_floor > 1e20);
+  // A floor that falls to one side reaches lowest between the corners: no sample lies beyond the box.
+  Capture tilted = capture;
+  for (int i = 0; i < 20; ++i) tilted.human->poses.translation[i].y() += 0.03 * i - 0.3;
+  const SceneSpace falling = scene_space(tilted, {});
+  CHECK(falling.shell->up[0] < -0.05);
+  double lowest = 0;
+  for (double x = 0; x <= 64; x += 0.5)
+    for (double y = 0; y <= 48; y += 0.5) {
+      const Eigen::Vector3d d = capture.frames[0].camera.ray({x, y}).direction;
+      const double down =
+          -(falling.shell->up[0] * d.x() + falling.shell->up[1] * d.y() + falling.shell->up[2] * d.z());
+      const double depth = std::min(falling.shell->outer_radius, down > 0 ? falling.shell->outer_floor / down
+                                                                          : falling.shell->outer_radius);
+      lowest = std::min(lowest, depth * d.y());
+    }
+  CHECK(falling.centre.y() - falling.radius.y() < 0.97 * lowest);
   Capture below = capture, nobody = capture;  // the camera below the floor; no person
   for (Eigen::Vector3d& translation : below.human->poses.translation) translation.y() = 1;
   nobody.human.reset();

@@ -54,7 +54,8 @@ double person_distance(const Capture& capture) {
 }
 
 constexpr double floor_thickness = 0.05;  // of the camera's height: what of a floor's depth stays open
-constexpr double least_height = 0.1;      // metres of the camera above a floor that can be seen from there
+constexpr double no_floor = 1e20;
+constexpr double least_height = 0.1;  // metres of the camera above a floor that can be seen from there
 
 /// Around the first camera, between near and far.
 Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_ground) {
@@ -80,12 +81,16 @@ Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_gr
 /// The box of all that the cameras see of the shell.
 void set_box_of_shell(SceneSpace& space, const Capture& capture) {
   const Shell& shell = *space.shell;
+  // A tilted floor's far end lies anywhere in a picture. Without a floor nine rays do, as in older runs.
+  const int steps = shell.outer_floor < no_floor ? 32 : 2;
+  const double parts = steps;
   const Vector3d up(shell.up[0], shell.up[1], shell.up[2]);
   Vector3d low = Vector3d::Constant(1e30), high = -low;
   for (const CaptureFrame& frame : capture.frames)
-    for (int i = 0; i < 9; ++i) {  // corners, sides and middle of the picture
+    for (int i = 0; i < (steps + 1) * (steps + 1); ++i) {
       const Camera& camera = frame.camera;
-      const Ray ray = camera.ray({i % 3 * 0.5 * camera.width, i / 3 % 3 * 0.5 * camera.height});
+      const int row = i / (steps + 1), column = i % (steps + 1);
+      const Ray ray = camera.ray({column * camera.width / parts, row * camera.height / parts});
       const double falling = std::max(-up.dot(ray.direction), 1e-9);
       for (const double depth : {std::min(shell.inner_radius, shell.inner_floor / falling),
                                  std::min(shell.outer_radius, shell.outer_floor / falling)}) {
