@@ -113,7 +113,7 @@ TEST_CASE("body_model: only pixels of the visible window see the body") {
 TEST_CASE("human_sample_pool: samples of two frames lie on their rays and in the canonical box") {
   Device device;
   const BodyModel model(asset_body());
-  const PoolOptions options{.step = 0.015, .rays_per_batch = 256};
+  const PoolOptions options{.step = 0.015, .threshold = 0.08, .rays_per_batch = 256};
   HumanSamplePool pool(device, model, options);
   std::vector<Ray> rays[2];
   std::vector<RigidTransform> transforms[2];
