@@ -153,7 +153,7 @@ TEST_CASE("human_sample_pool: samples of two frames lie on their rays and in the
              weights = executor.read_doubles(samples.barycentric);
   const auto depths = executor.read_doubles(samples.depths), normals = executor.read_doubles(samples.normals);
   const auto distances = executor.read_doubles(samples.signed_distance);
-  const Box box = model.canonical_box();
+  const Box& box = model.canonical_box();
   const auto canonical_transforms =
       joint_transforms(model.body(), canonical_pose(model.body()), Vector3d::Zero());
   int outside = 0, expected = 0;
@@ -206,6 +206,7 @@ TEST_CASE("signed_distance_grid: close to the exact distance") {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> uniform(0, 1);
   std::vector<Vector3d> points;
+  points.reserve(4000);
   for (int i = 0; i < 4000; ++i)
     points.push_back(model.canonical_box().min + Vector3d(uniform(random), uniform(random), uniform(random))
                                                      .cwiseProduct(model.canonical_box().size()));
