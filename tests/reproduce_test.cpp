@@ -120,6 +120,15 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
   CHECK(contains(read_whole_file(output / "runs/vivant/config.toml"), "\nplanes = \"full\""));
   CHECK(contains(read_whole_file(output / "runs/vanilla-tri-plane/config.toml"), "\nplanes = \"vanilla\""));
 
+  // AdaAttN is its own network, not the stylizer of films.
+  const fs::path films = output / "films";
+  const Finished painted = run_tiny({"stylise", (films / "original-views-rendered").string(), "--style",
+                                     asset_path("styles/mosaic.jpg").string(), "--form", "cosine", "-o",
+                                     (folder / "AdaAttN").string()});
+  REQUIRE_MESSAGE(painted.exit_code == 0, painted.err);
+  CHECK(read_whole_file(folder / "AdaAttN/0000.png") ==
+        read_whole_file(films / "original-views-mosaic-AdaAttN-on-rendered-frames/0000.png"));
+
   const std::string text = read_whole_file(output / "report.md"),
                     page = read_whole_file(output / "report.html");
   for (const char* part : {"## original views", "| CCPL |", "paper: LPIPS", "not LPIPS", "NeuMan",

@@ -82,7 +82,7 @@ TEST_CASE("scene space: a camera that only rotates has a far shell and the floor
   CHECK(space.centre.y() - space.radius.y() > -2);
   CHECK(space.centre.z() - space.radius.z() < -space.far);
   const SceneSpace without = scene_space(capture, {.ground = false});
-  CHECK(without.shell->inner_floor > 1e20);
+  CHECK(!without.shell->has_floor());
   // A floor that falls to one side reaches lowest between the corners: no sample lies beyond the box.
   Capture tilted = capture;
   for (int i = 0; i < 20; ++i) tilted.human->poses.translation[i].y() += 0.03 * i - 0.3;
@@ -102,8 +102,8 @@ TEST_CASE("scene space: a camera that only rotates has a far shell and the floor
   Capture below = capture, nobody = capture;  // the camera below the floor; no person
   for (Eigen::Vector3d& translation : below.human->poses.translation) translation.y() = 1;
   nobody.human.reset();
-  CHECK(scene_space(below, {.shape = "shell"}).shell->inner_floor > 1e20);
-  CHECK(scene_space(nobody, {.shape = "shell"}).shell->inner_floor > 1e20);
+  CHECK(!scene_space(below, {.shape = "shell"}).shell->has_floor());
+  CHECK(!scene_space(nobody, {.shape = "shell"}).shell->has_floor());
   CHECK(without.centre.y() - without.radius.y() < -4);
 
   // The samples of a ray that looks down, from the camera and from a metre beside and below it.

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
 from importlib.metadata import version
@@ -14,10 +15,10 @@ import numpy as np
 
 from program import OURS, ROOT, THREADS, Program, measure, spread
 from protocol import read_tensors
-from work import workloads
+from work import DEBIAN_TORCH, ONEDNN, TORCH, workloads
 
 HERE = Path(__file__).parent
-IN_BF16 = ("torch", "torch (rewritten)", "oneDNN")
+IN_BF16 = (TORCH, DEBIAN_TORCH, "torch (rewritten)", ONEDNN)
 PEER_MODE = {"fp32": "fp32", "bf16x3": "fp32", "bf16": "bf16"}  # bf16x3 has the accuracy of fp32
 SAME_WORK = {"fp32": 5e-3, "bf16": 0.1}  # largest error of a peer that computes the same
 
@@ -32,6 +33,8 @@ def results_of(program, folder):
 
 def command_of(peer):
     library, _, form = peer.partition(" ")
+    if peer == DEBIAN_TORCH:
+        return ["/usr/bin/python3", str(HERE / "peer_torch.py")]
     arguments = [form.strip("()")] if form else []
     if library in ("torch", "jax"):
         return [sys.executable, str(HERE / f"peer_{library}.py"), *arguments]
@@ -39,6 +42,11 @@ def command_of(peer):
 
 
 def label_of(peer):
+    """With the version of a framework."""
+    if peer == DEBIAN_TORCH:
+        package = ["dpkg-query", "-W", "-f=${Version}", "python3-torch"]
+        number = subprocess.run(package, check=True, capture_output=True, text=True).stdout
+        return f"torch {number.partition('+')[0]} (Debian)"
     library, space, form = peer.partition(" ")
     return f"{library} {version(library)}{space}{form}" if library in ("torch", "jax") else peer
 

@@ -1,9 +1,9 @@
 """The workloads of scripts/compare-peers with their sizes, and who takes part in them."""
 
-TORCH, JAX, ONEDNN, OPENBLAS = "torch", "jax", "oneDNN", "OpenBLAS"
-FRAMEWORKS = [TORCH, JAX]
+TORCH, DEBIAN_TORCH, JAX, ONEDNN, OPENBLAS = "torch", "torch (Debian)", "jax", "oneDNN", "OpenBLAS"
+FRAMEWORKS = [TORCH, DEBIAN_TORCH, JAX]
 NEAR, FAR = 1.2, 3.2  # depths between which rays are sampled
-REWRITTEN = [f"{peer} (rewritten)" for peer in FRAMEWORKS]
+REWRITTEN = [f"{peer} (rewritten)" for peer in (TORCH, JAX)]
 
 
 class Work:
@@ -71,7 +71,7 @@ def workloads():
                tokens=4096)
     for name, threshold, peers in [
         ("every sample", 0, FRAMEWORKS + REWRITTEN),
-        ("with skipping", 1e-4, [TORCH, "torch (rewritten)"]),
+        ("with skipping", 1e-4, [*FRAMEWORKS, *REWRITTEN]),
     ]:
         yield Work("W2", f"W2 frame 480x270, {name}", "frame", peers, quick=False, planes=256, height=270, width=480,
                    samples=128, threshold=threshold)

@@ -41,8 +41,7 @@ void run(Arguments& arguments, const Globals& globals) {
     throw UsageError("--film needs the style that the films are painted in: give --style");
   if (arguments.average_films && film.others.empty())
     throw UsageError("--average-films is of other methods' films: give --film");
-  if (arguments.average_films)
-    for (const auto& [name, path] : film.others) film.averaged.push_back(name);
+  for (OtherFilm& other : film.others) other.averaged = arguments.average_films;
   if (film.look.stylised() && !arguments.pictures.truth.empty())
     throw UsageError("--truth compares unstylised pictures: leave --style out");
   if (!film.film.motion.empty() && !arguments.pictures.truth.empty())

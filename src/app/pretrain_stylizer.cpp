@@ -56,6 +56,13 @@ void add_pretrain_stylizer(CLI::App& app, const Globals& globals) {
   command->add_option("--style-steps", options->style_steps, "steps with the style losses")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command
+      ->add_option(
+          "--global-weight", options->global_weight,
+          "of the global style loss, a channel's mean and deviation: the less, the steadier films are, "
+          "and the farther from the painting")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_flag("--resume", options->resume, "go on with the run");
   command->callback([options, &globals] { run(*options, globals); });
 }

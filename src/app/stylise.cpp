@@ -9,7 +9,7 @@ void add_stylise(CLI::App& app, const Globals& globals) {
   command->footer(
       "Examples:\n"
       "  vivant stylise report/unstylised --style wave.jpg -o frames\n"
-      "  vivant stylise film.mp4 --style wave.jpg --form cosine --stylizer adaattn.safetensors -o frames");
+      "  vivant stylise film.mp4 --style wave.jpg --form cosine -o frames");
   const auto options = std::make_shared<StylisePicturesOptions>();
   command->add_option("INPUT", options->input, "a film (.mp4) or a folder of pictures")->required();
   command->add_option("--style", options->style, "paint in the style of this picture")
@@ -17,7 +17,8 @@ void add_stylise(CLI::App& app, const Globals& globals) {
       ->type_name("IMAGE");
   command
       ->add_option("--stylizer", options->stylizer,
-                   "weights by `vivant pretrain-stylizer`; else those that come with the program, for guided")
+                   "weights by `vivant pretrain-stylizer`; else those that come with the program, for guided "
+                   "and cosine")
       ->type_name("FILE.safetensors");
   command
       ->add_option(

@@ -139,6 +139,10 @@ void check_together(const Config& config) {
   for (const auto& [name, side] :
        {std::pair("scene", config.scene.plane_size), std::pair("human", config.human.plane_size)})
     if (side % 16 != 0) refuse("{}.plane_size must be a multiple of 16, it is {}", name, side);
+  if (config.human.box_margin < config.human.threshold)
+    refuse(
+        "human.box_margin must not be smaller than human.threshold, or samples lie outside of the box: raise "
+        "it");
 }
 
 std::string toml_value(std::int64_t value) { return std::to_string(value); }

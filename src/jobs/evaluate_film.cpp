@@ -129,22 +129,21 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
   const OpenRun& scene = other ? *other : run;
   const Film film = plan_film(run, scene, options.film);
   check_look(options.look, "both", run.model->human() != nullptr);
-  std::vector<NamedFilm> others;
+  std::vector<NamedFilm> others, to_average;
   std::set<std::string> names = {"unstylised", "capture", "vivant", "vivant-unaveraged"};
   const auto take_name = [&](const std::string& name) {
     if (!names.insert(name).second)
       throw UsageError(fmt::format("two films are called '{}': rename one", name));
   };
-  for (const auto& [name, path] : options.others) {
-    take_name(name);
-    others.push_back({name, read_frames(path).pictures});
+  for (const OtherFilm& given : options.others) {
+    take_name(given.name);
+    others.push_back({given.name, read_frames(given.path).pictures});
+    if (!given.averaged) continue;
+    take_name(averaged_name(given.name));
+    to_average.push_back(others.back());
   }
-  for (const std::string& name : options.averaged) take_name(averaged_name(name));
   const std::vector<cv::Mat> blank(film.shots.size(), cv::Mat(film_size(film), CV_8UC3));
   check_alike({"the run's film", blank}, others);  // before minutes of rendering
-  std::vector<NamedFilm> to_average;
-  for (const NamedFilm& one : others)
-    if (std::count(options.averaged.begin(), options.averaged.end(), one.name) > 0) to_average.push_back(one);
 
   Rendered rendered = render_films(device, run, scene, film, options.look, to_average, progress);
   const std::vector<cv::Mat> captured = captured_pictures(run.capture, film);
@@ -170,7 +169,7 @@ FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, 
   return quality;
 }
 
-std::pair<std::string, fs::path> named_film_from(const std::string& text) {
+OtherFilm named_film_from(const std::string& text) {
   const std::size_t equals = text.find('=');
   const fs::path path = equals == std::string::npos ? text : text.substr(equals + 1);
   const std::string name =

@@ -30,7 +30,7 @@ std::string description(const PretrainStylizerOptions& options) {
       "seed = {}\ninversion_steps = {}\ninversion_decay = {}\nstyle_steps = {}\nstyle_decay = {}\n"
       "feature_weight = {}\nluma_weight = {}\nglobal_weight = {}\nreconstruction_weight = {}\n{}",
       options.seed, options.inversion_steps, inversion_decay, options.style_steps, style_decay,
-      form.feature_weight, form.luma_weight, StyleWeights{}.global, reconstruction_in_style,
+      form.feature_weight, form.luma_weight, options.global_weight, reconstruction_in_style,
       options.form == "guided" ? "" : fmt::format("form = \"{}\"\n", options.form));
 }
 

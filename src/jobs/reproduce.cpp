@@ -227,12 +227,13 @@ void Plan::add_films(std::vector<Stage>& stages, const FilmedViews& views) {
     film.flow = views.flow;
     film.output = film_folder(of_style);
     const auto paint = [&](const char* method, const fs::path& input) {
-      const fs::path output = film_folder(of_style + " " + method);
-      film.others.emplace_back(method, output);
-      stages.push_back({of_style + ", " + method, [=, this] {
+      const fs::path output = film_folder(fmt::format("{} {}", of_style, method));
+      film.others.push_back({method, output, method == std::string(method_rendered)});
+      stages.push_back({fmt::format("{}, {}", of_style, method), [=, this] {
                           StylisePicturesOptions painting;
                           painting.input = input;
                           painting.style = styles_[s];
+                          painting.form = "cosine";  // AdaAttN's video variant
                           painting.output = output;
                           fs::remove_all(output);
                           stylise_pictures(device_, painting, progress_);
@@ -240,11 +241,10 @@ void Plan::add_films(std::vector<Stage>& stages, const FilmedViews& views) {
                         }});
     };
     paint(method_rendered, rendered);
-    film.averaged = {method_rendered};
     if (original) {
       paint(method_captured, captured);
       const fs::path vanilla = film_folder(of_style + " " + method_vanilla);
-      film.others.emplace_back(method_vanilla, vanilla);
+      film.others.push_back({method_vanilla, vanilla});
       stages.push_back({of_style + ", " + method_vanilla,
                         [=, this] { return render_frames(method_vanilla, views, look(s), vanilla); }});
     }

@@ -237,11 +237,11 @@ std::vector<std::string> differences(const ReproductionPlan& plan, const StageRe
       "Optical flow ({}). Of the original views it comes from the captured pictures, so that no method is "
       "measured by its own geometry.",
       flows));
-  add("AdaAttN is the program's own stylizer, frame by frame (`vivant stylise`): VGG-19 features of each "
-      "picture, no "
-      "scene. It has neither the authors' weights nor their decoder. LST, CCPL, IEContraAST, CSBNet and "
-      "StyleRF are "
-      "not run; their rows hold the paper's figures alone.");
+  add("AdaAttN is the network of its video variant, frame by frame (`vivant stylise --form cosine`): "
+      "VGG-19's "
+      "relu3_1 of each picture, no scene. Its weights are this program's (assets/README.md), not the "
+      "authors'. "
+      "LST, CCPL, IEContraAST, CSBNet and StyleRF are not run; their rows hold the paper's figures alone.");
   add("Our films are means over seven frames along the flow (vivant-unaveraged: without it); the paper's and "
       "AdaAttN's are not. AdaAttN on rendered frames-averaged is its film after the same mean.");
   add("Vanilla tri-plane: planes of scene and person optimised directly, all other settings and steps the "

@@ -14,6 +14,13 @@
 namespace vivant {
 namespace {
 
+namespace fs = std::filesystem;
+
+/// The weights that come with the program; of the form plain there are none, which loading refuses.
+fs::path shipped_weights(const std::string& form) {
+  return asset_path(form == "cosine" ? "adaattn.safetensors" : "stylizer.safetensors");
+}
+
 /// VGG features of pictures of one size, whose sides are extended to multiples of four.
 class Encoder {
  public:
@@ -52,7 +59,7 @@ void stylise_pictures(Device& device, const StylisePicturesOptions& options, Pro
   store.allocate(device);
   load_stylizer(
       store, stylizer,
-      read_safetensors(options.stylizer.empty() ? asset_path("stylizer.safetensors") : options.stylizer));
+      read_safetensors(options.stylizer.empty() ? shipped_weights(options.form) : options.stylizer));
   FrameStylizer::Options how = FrameStylizer::Options::of(stylizer);
   how.tokens = options.tokens;
   FrameStylizer painter(device, stylizer, vgg, size.height, size.width, how);

@@ -37,7 +37,8 @@ StylizerTraining::StylizerTraining(Device& device, const PretrainStylizerOptions
       unseen(pictures_called(options.paintings, options.unseen, short_side)),
       initializer(options.seed),
       stylizer(store, initializer, StylizerOptions::of_form(options.form)),
-      vgg(device) {
+      vgg(device),
+      weights{.global = options.global_weight} {
   store.allocate(device);
 }
 

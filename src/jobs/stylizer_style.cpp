@@ -23,8 +23,8 @@ StyleStep::StyleStep(StylizerTraining& training)
       losses_of_stylised(graph_, stylizer, training.vgg, content, photograph_, features,
                          stylizer.statistics(content, luma), detail_amount_, target_, training.scales);
   losses_ = {losses.global, losses.first_layer, losses.local, losses.content, losses.colours, losses.gamut};
-  optimizer_ =
-      optimise(training.device, graph_, training.store, losses.total({}), stylising_parts(training.stylizer));
+  optimizer_ = optimise(training.device, graph_, training.store, losses.total(training.weights),
+                        stylising_parts(training.stylizer));
   executor_ = std::make_unique<Executor>(training.device, graph_, losses_);
 }
 

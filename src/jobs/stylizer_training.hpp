@@ -22,6 +22,7 @@ struct StylizerTraining {
   ParameterStore store;
   Stylizer stylizer;
   Vgg19 vgg;
+  StyleWeights weights;                  ///< of the style losses
   ChannelScales scales;                  ///< of the errors in VGG's layers
   std::vector<float> feature_deviation;  ///< [C] of relu3_1
 

@@ -54,8 +54,7 @@ double person_distance(const Capture& capture) {
 }
 
 constexpr double floor_thickness = 0.05;  // of the camera's height: what of a floor's depth stays open
-constexpr double no_floor = 1e20;
-constexpr double least_height = 0.1;  // metres of the camera above a floor that can be seen from there
+constexpr double least_height = 0.1;      // metres of the camera above a floor that can be seen from there
 
 /// Around the first camera, between near and far.
 Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_ground) {
@@ -82,7 +81,7 @@ Shell shell_around(const Capture& capture, const SceneSpace& space, bool with_gr
 void set_box_of_shell(SceneSpace& space, const Capture& capture) {
   const Shell& shell = *space.shell;
   // A tilted floor's far end lies anywhere in a picture. Without a floor nine rays do, as in older runs.
-  const int steps = shell.outer_floor < no_floor ? 32 : 2;
+  const int steps = shell.has_floor() ? 32 : 2;
   const double parts = steps;
   const Vector3d up(shell.up[0], shell.up[1], shell.up[2]);
   Vector3d low = Vector3d::Constant(1e30), high = -low;

@@ -177,8 +177,8 @@ const RegisterOp register_ray_shell({
                    {"outer_radius", 2.0, "above inner_radius"},
                    {"slope_x", 0.0, "of the floor, up along +x"},
                    {"slope_z", 0.0, "of the floor, up along +z"},
-                   {"inner_floor", 1e30, "the floor's upper side, below the centre"},
-                   {"outer_floor", 1e30, "its lower side"}},
+                   {"inner_floor", Shell::no_floor, "the floor's upper side, below the centre"},
+                   {"outer_floor", Shell::no_floor, "its lower side"}},
     .build = [](Graph&, const Values& in, const Attributes& a) -> Values {
       const double x = a.number("slope_x"), z = a.number("slope_z"), length = std::sqrt(x * x + 1 + z * z);
       const Interval interval = ray_shell(in[0], in[1],

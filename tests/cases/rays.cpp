@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "cases/op_case.hpp"
+#include "vivant/ops/rays.hpp"
 
 namespace vivant::cases {
 namespace {
@@ -82,8 +83,8 @@ std::vector<HostTensor> shell_depths(const Variation& v, const std::vector<HostT
       return depth;
     };
     const double inner = a.value("inner_radius", 1.0), least = 1e-3 * inner;
-    near.data.push_back(std::max(leave(inner, a.value("inner_floor", 1e30)), least));
-    far.data.push_back(std::max(leave(a.value("outer_radius", 2.0), a.value("outer_floor", 1e30)),
+    near.data.push_back(std::max(leave(inner, a.value("inner_floor", Shell::no_floor)), least));
+    far.data.push_back(std::max(leave(a.value("outer_radius", 2.0), a.value("outer_floor", Shell::no_floor)),
                                 near.data.back() + least));
   }
   return {near, far};

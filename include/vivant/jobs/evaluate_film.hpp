@@ -1,7 +1,6 @@
 #pragma once
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "vivant/jobs/film.hpp"
@@ -21,18 +20,22 @@ enum class FlowKind {
 /// than 5 % better. Short trainings know too little of depth, but a tie must not hang on the last digit.
 FlowKind better_flow(double by_geometry, double by_dis);
 
+/// A film by another method, made of the unstylised one.
+struct OtherFilm {
+  std::string name;
+  std::filesystem::path path;  ///< an .mp4 or a folder of pictures in the order of their names
+  /// Measured a second time, as the mean over frames that our films are (FilmFrames): what the mean is worth
+  /// to others.
+  bool averaged = false;
+};
+
 struct FilmEvaluationOptions {
   std::filesystem::path run;
   std::filesystem::path scene;  ///< as in RenderOptions
   FilmOptions film;
   Look look;
   FlowKind flow = FlowKind::automatic;
-  /// Films by other methods, made of the unstylised one: name, and an .mp4 or a folder of pictures in the
-  /// order of their names.
-  std::vector<std::pair<std::string, std::filesystem::path>> others;
-  /// Of these, the ones that are measured a second time, as the mean over frames that our films are
-  /// (FilmFrames): what the mean is worth to others.
-  std::vector<std::string> averaged;
+  std::vector<OtherFilm> others;
   std::filesystem::path output;  ///< folder for films and report; empty: none
 };
 
@@ -44,6 +47,6 @@ struct FilmEvaluationOptions {
 FilmQuality evaluate_film(Device& device, const FilmEvaluationOptions& options, Progress& progress);
 
 /// "name=path", or a path whose stem is the name. Throws UsageError for an empty name or path.
-std::pair<std::string, std::filesystem::path> named_film_from(const std::string& text);
+OtherFilm named_film_from(const std::string& text);
 
 }  // namespace vivant

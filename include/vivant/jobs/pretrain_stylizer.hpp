@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vivant/jobs/progress.hpp"
+#include "vivant/model/style_losses.hpp"
 #include "vivant/runtime/device.hpp"
 
 namespace vivant {
@@ -17,8 +18,9 @@ struct PretrainStylizerOptions {
   std::filesystem::path output;  ///< stylizer.safetensors
   std::string form = "guided";   ///< see StylizerOptions::of_form
   std::uint64_t seed = 1;
-  std::int64_t inversion_steps = 1000;  ///< psi and the decoder learn to turn features into colours
-  std::int64_t style_steps = 2600;      ///< then the losses of stage 3
+  std::int64_t inversion_steps = 1000;           ///< psi and the decoder learn to turn features into colours
+  std::int64_t style_steps = 2600;               ///< then the losses of stage 3
+  double global_weight = StyleWeights{}.global;  ///< of AdaAttN's global style loss among them
   bool resume = false;
 };
 

@@ -10,7 +10,7 @@ namespace vivant {
 struct StylisePicturesOptions {
   std::filesystem::path input;     ///< a video or a folder of pictures
   std::filesystem::path style;     ///< the painting
-  std::filesystem::path stylizer;  ///< weights of this form; empty: assets/stylizer.safetensors, guided
+  std::filesystem::path stylizer;  ///< weights of this form; empty: those in assets, for guided and cosine
   std::string form = "guided";     ///< what the weights were trained as, see StylizerOptions::of_form
   std::int64_t tokens = 4096;      ///< of the style, at most
   std::filesystem::path output;    ///< folder for pictures, by the numbers of the frames

@@ -34,8 +34,11 @@ Interval ray_box(Value origins, Value directions, Value box, double nearest = 0)
 struct Shell {
   std::array<double, 3> centre = {};
   double inner_radius = 1, outer_radius = 2;
-  std::array<double, 3> up = {0, 1, 0};           ///< unit length
-  double inner_floor = 1e30, outer_floor = 1e30;  ///< its upper and lower side, below the centre
+  std::array<double, 3> up = {0, 1, 0};  ///< unit length
+  static constexpr double no_floor = 1e30;
+  double inner_floor = no_floor, outer_floor = no_floor;  ///< its upper and lower side, below the centre
+
+  bool has_floor() const { return outer_floor < no_floor; }
 };
 
 /// Where rays of unit direction leave the inner and the outer side of a shell: the ball's, or the floor's
