@@ -91,7 +91,6 @@ TEST_CASE("config: what is written reads back, for every preset and every key") 
         CHECK(**real <= key.highest);
         **real += (key.highest - **real) * 1e-3 / 3;
         if (key.name == "scene.near") continue;  // bound by its far end
-        config.human.box_margin = std::max(config.human.box_margin, config.human.threshold);
       } else if (auto* const* flag = std::get_if<bool*>(&setting)) {
         **flag = !**flag;
       } else if (auto* const* choice = std::get_if<std::string*>(&setting)) {
@@ -124,7 +123,10 @@ TEST_CASE("config: values of another type or out of range are refused") {
   CHECK(contains(refusal("[scene]\nunet_widths = []\n"), "list of whole numbers"));
   CHECK(contains(refusal("[scene]\nunet_widths = [32, \"x\"]\n"), "list of whole numbers"));
   CHECK(contains(refusal("[scene]\nnear = 30\nfar = 20\n"), "scene.near must be smaller"));
-  CHECK(contains(refusal("[human]\nbox_margin = 0.05\n"), "human.box_margin must not be smaller"));
+  CHECK(contains(error_of([] { load_config("demo", {}, {"human.box_margin=0.05"}); }),
+                 "human.box_margin must not be smaller"));
+  CHECK(parse_run_config("[human]\nbox_margin = 0.1\nthreshold = 0.12\n", "config.toml").human.threshold ==
+        0.12);
   CHECK(contains(refusal("[scene\n"), "run.toml line 1: broken TOML"));
   CHECK(contains(refusal("preset = \"best\"\n"), "no preset 'best': use demo, standard, quality"));
   CHECK(contains(refusal("preset = 3\n"), "preset must be"));

@@ -5,6 +5,7 @@
 #include "child_process.hpp"
 #include "tiny_training.hpp"
 #include "vivant/io/assets.hpp"
+#include "vivant/io/atomic_file.hpp"
 #include "vivant/io/json.hpp"
 
 using namespace vivant;
@@ -144,6 +145,13 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
   CHECK(again.out == made.out);
   CHECK(written(output) == before);
   CHECK(read_json(output / "report.json").at("rows") == rows);
+  // Films of an older program's AdaAttN are not mixed with these.
+  const std::string plan = read_whole_file(output / "plan.json");
+  nlohmann::json older = read_json(output / "plan.json");
+  older.erase("AdaAttN");
+  write_text_file(output / "plan.json", older.dump());
+  CHECK(contains(run_tiny(tiny_reproduction(output)).err, "(AdaAttN differ)"));
+  write_text_file(output / "plan.json", plan);
   // Another painting belongs elsewhere.
   const Finished other = run_tiny(tiny_reproduction(output, "cubist"));
   CHECK(other.exit_code == 1);

@@ -74,6 +74,7 @@ TEST_CASE("scene space: a camera that only rotates has a far shell and the floor
   }
   const SceneSpace space = scene_space(capture, {});
   REQUIRE(space.shell);
+  CHECK(space.shell->has_floor());
   CHECK(space.shell->inner_floor == doctest::Approx(1.5));
   CHECK(space.shell->outer_floor == doctest::Approx(1.5 * 1.05));
   CHECK(space.shell->inner_radius > 8);

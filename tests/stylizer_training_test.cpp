@@ -5,6 +5,7 @@
 
 #include "jobs/stylizer_training.hpp"
 #include "vivant/graph/executor.hpp"
+#include "vivant/io/assets.hpp"
 #include "vivant/model/stylizer.hpp"
 #include "vivant/nn/optimizer.hpp"
 #include "vivant/ops/loss.hpp"
@@ -57,6 +58,23 @@ TEST_CASE("stylizer: AdaAttN's own forms train f, g, h and the decoder") {
       if (name != "stylizer.key.bias") CHECK(store.read(name) != values);
     }
   }
+}
+
+TEST_CASE("stylizer: the weight of the global style loss reaches the training") {
+  Device device;
+  std::vector<std::vector<float>> trained;
+  for (const double weight : {100.0, 100.0, 30.0}) {
+    PretrainStylizerOptions options;
+    options.photographs = options.paintings = {asset_path("styles")};
+    options.global_weight = weight;
+    StylizerTraining training(device, options);
+    measure_pictures(training, true);
+    StyleStep step(training);
+    step.run(0, 1, 1e-3);
+    trained.push_back(training.store.read("stylizer.psi0.weight"));
+  }
+  CHECK(trained[0] == trained[1]);
+  CHECK(trained[0] != trained[2]);
 }
 
 TEST_CASE("stylizer: training psi and the decoder leaves the attention as it is") {

@@ -139,10 +139,6 @@ void check_together(const Config& config) {
   for (const auto& [name, side] :
        {std::pair("scene", config.scene.plane_size), std::pair("human", config.human.plane_size)})
     if (side % 16 != 0) refuse("{}.plane_size must be a multiple of 16, it is {}", name, side);
-  if (config.human.box_margin < config.human.threshold)
-    refuse(
-        "human.box_margin must not be smaller than human.threshold, or samples lie outside of the box: raise "
-        "it");
 }
 
 std::string toml_value(std::int64_t value) { return std::to_string(value); }
@@ -208,7 +204,11 @@ Config parse_run_config(const std::string& text, const std::string& source) {
 
 Config load_config(const std::string& preset, const std::optional<std::filesystem::path>& file,
                    const std::vector<std::string>& settings) {
-  return parse_config(preset, file ? read_whole_file(*file) : "", file ? file->string() : "", settings);
+  Config config =
+      parse_config(preset, file ? read_whole_file(*file) : "", file ? file->string() : "", settings);
+  if (config.human.box_margin < config.human.threshold)  // runs that have trained so keep their box
+    refuse("human.box_margin must not be smaller than human.threshold, or samples lie outside of the box");
+  return config;
 }
 
 std::string to_toml(const Config& config) {

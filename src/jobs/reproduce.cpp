@@ -27,7 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int novel_frames = 24;  // of the films that the capture does not give the length of
+constexpr const char* adaattn_form = "cosine";  // its video variant
+constexpr int novel_frames = 24;                // of the films that the capture does not give the length of
 
 struct Stage {
   std::string name;
@@ -126,6 +127,7 @@ Plan::Plan(Device& device, const ReproduceOptions& options, Progress& progress)
 /// Results of other options are never mixed with these.
 void Plan::check_folder(const ReproduceOptions& options) const {
   ordered_json made_with = {{"capture", capture_path_.string()},
+                            {"AdaAttN", adaattn_form},  // older programs: the stylizer of films
                             {"motion", options.motion.empty() ? "" : fs::absolute(options.motion).string()}};
   for (const fs::path& style : styles_) made_with["styles"].push_back(fs::absolute(style).string());
   const fs::path file = folder_ / "plan.json";
@@ -233,7 +235,7 @@ void Plan::add_films(std::vector<Stage>& stages, const FilmedViews& views) {
                           StylisePicturesOptions painting;
                           painting.input = input;
                           painting.style = styles_[s];
-                          painting.form = "cosine";  // AdaAttN's video variant
+                          painting.form = adaattn_form;
                           painting.output = output;
                           fs::remove_all(output);
                           stylise_pictures(device_, painting, progress_);

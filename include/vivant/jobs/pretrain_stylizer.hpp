@@ -20,7 +20,7 @@ struct PretrainStylizerOptions {
   std::uint64_t seed = 1;
   std::int64_t inversion_steps = 1000;           ///< psi and the decoder learn to turn features into colours
   std::int64_t style_steps = 2600;               ///< then the losses of stage 3
-  double global_weight = StyleWeights{}.global;  ///< of AdaAttN's global style loss among them
+  double global_weight = StyleWeights{}.global;  ///< of AdaAttN's global style loss in stage 3
   bool resume = false;
 };
 
