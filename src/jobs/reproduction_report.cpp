@@ -238,11 +238,9 @@ std::vector<std::string> differences(const ReproductionPlan& plan, const StageRe
       "measured by its own geometry.",
       flows));
   add("AdaAttN is the network of its video variant, frame by frame (`vivant stylise --form cosine`): "
-      "VGG-19's "
-      "relu3_1 of each picture, no scene. Its weights are this program's (assets/README.md), not the "
-      "authors'. "
-      "AdaAttN also takes relu4_1 and relu5_1. LST, CCPL, IEContraAST, CSBNet and StyleRF are not run; their "
-      "rows hold the paper's figures alone.");
+      "VGG-19's relu3_1 of each picture, no scene. Its weights are this program's (assets/README.md), not "
+      "the authors'. AdaAttN also takes relu4_1 and relu5_1. LST, CCPL, IEContraAST, CSBNet and StyleRF are "
+      "not run; their rows hold the paper's figures alone.");
   add("Our films are means over seven frames along the flow (vivant-unaveraged: without it); the paper's and "
       "AdaAttN's are not. AdaAttN on rendered frames-averaged is its film after the same mean.");
   add("Vanilla tri-plane: planes of scene and person optimised directly, all other settings and steps the "
