@@ -1,7 +1,7 @@
 // gather_samples: the records of some rays as rows of tensors, and their places in dense [B, S] tensors.
 //   count_samples   counts [B] = min(S, records of rays[b])
 //   (scan)          starts [B + 1]
-//   gather_samples  one work-item per RAYS rays copies its rows and writes its row of depths and deltas
+//   gather_samples  one work-item per RAYS rays copies its rows and writes its row of depths, deltas and rows
 #include "sample_record.clh"
 
 #ifndef RAYS
@@ -29,8 +29,8 @@ KERNEL void gather_samples(IN int* restrict records, IN int* restrict offsets, I
                            GLOBAL REAL* restrict normals, GLOBAL REAL* restrict root,
                            GLOBAL REAL* restrict distance, GLOBAL int* restrict face,
                            GLOBAL REAL* restrict barycentric, GLOBAL int* restrict frame, GLOBAL int* restrict ids,
-                           GLOBAL REAL* restrict depths, GLOBAL REAL* restrict deltas, REAL step, REAL no_depth,
-                           int ray_count, int samples_per_ray) {
+                           GLOBAL REAL* restrict depths, GLOBAL REAL* restrict deltas, GLOBAL int* restrict rows,
+                           REAL step, REAL no_depth, int ray_count, int samples_per_ray) {
   const int begin = get_global_id(0) * RAYS;
   for (int b = begin; b < min(begin + RAYS, ray_count); ++b) {
     const int ray = rays[b], start = starts[b], count = starts[b + 1] - start;
@@ -55,10 +55,12 @@ KERNEL void gather_samples(IN int* restrict records, IN int* restrict offsets, I
       ids[i] = b * samples_per_ray + s;
       depths[b * samples_per_ray + s] = depth;
       deltas[b * samples_per_ray + s] = step;
+      rows[b * samples_per_ray + s] = i;
     }
     for (int s = count; s < samples_per_ray; ++s) {
       depths[b * samples_per_ray + s] = no_depth;
       deltas[b * samples_per_ray + s] = 0;
+      rows[b * samples_per_ray + s] = -1;
     }
   }
 }

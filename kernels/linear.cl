@@ -19,10 +19,20 @@
 #define BIAS_OF(row) (bias)
 #endif
 
+// On CPUs block_tiles tiles of rows, which stay in the second cache, meet one panel after the other.
+#if GPU_FORM
+#define TILE_OF_ROWS get_global_id(1)
+#define TILE_OF_COLUMNS get_global_id(0)
+#else
+#define TILE_OF_ROWS (get_global_id(2) * block_tiles + get_global_id(0))
+#define TILE_OF_COLUMNS get_global_id(1)
+#endif
+
 KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REAL* restrict bias,
-                           GLOBAL REAL* restrict y, int capacity, int columns, int bias_rows, IN int* count) {
+                           GLOBAL REAL* restrict y, int capacity, int columns, int bias_rows, IN int* count,
+                           int block_tiles) {
   const int rows = live_rows(capacity, count);
-  const int row = get_global_id(1) * TILE_ROWS, j = get_global_id(0) * COLUMNS;
+  const int row = TILE_OF_ROWS * TILE_ROWS, j = TILE_OF_COLUMNS * COLUMNS;
   if (row >= rows || j >= columns) return;
   IN REAL* w = packed + (size_t)(j / PANEL) * PANEL * PACKED_ROWS(INNER) + j % PANEL;
   REALV acc[TILE_ROWS][TILE_VECTORS];
@@ -34,6 +44,10 @@ KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REA
     for (int k = 0; k < INNER; ++k) {
       REALV b[TILE_VECTORS];
       FOR_TILE_VECTORS b[v] = VLOAD(v, w + (size_t)k * PANEL);
+#if !GPU_FORM
+      const int ahead = 8;  // rows of the panel, which comes from the second cache
+      FOR_TILE_VECTORS __builtin_prefetch(w + (size_t)(k + ahead) * PANEL + v * VW);
+#endif
       FOR_TILE_ROWS {
         const REAL s = a[r * INNER + k];
         FOR_TILE_VECTORS acc[r][v] += s * b[v];

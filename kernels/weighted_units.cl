@@ -84,7 +84,7 @@ KERNEL void weighted_units_sample_gradient(IN REAL* restrict weight, IN REAL* re
 
 // One work-item per vector of units and chunk of rays.
 KERNEL void weighted_units_layer_gradient(IN REAL* restrict weight, IN REAL* restrict x, IN REAL* restrict w,
-                                          IN REAL* restrict term, IN REAL* restrict grad_y,
+                                          IN REAL* restrict term, IN int* restrict rows, IN REAL* restrict grad_y,
                                           GLOBAL REAL* restrict grad_term, GLOBAL REAL* restrict partial, int rays,
                                           int samples, int term_stride, REAL threshold, int chunk_rays) {
   const int c = get_global_id(0) * LANES, chunk = get_global_id(1);
@@ -97,7 +97,7 @@ KERNEL void weighted_units_layer_gradient(IN REAL* restrict weight, IN REAL* res
     if (term_stride) of_term = (LANE)(0);
     for (int i = ray * samples; i < (ray + 1) * samples; ++i) {
       if (weight[i] < threshold) continue;
-      IN REAL* row = x + (size_t)i * INNER;
+      IN REAL* row = x + (size_t)ROW(i) * INNER;
       const LANE units = preactivation(row, w + c, term + (size_t)ray * term_stride + c);
       const LANE d = units > (LANE)(0) ? weight[i] * g : (LANE)(0);
       of_term += d;
@@ -198,7 +198,7 @@ inline void flush(const REAL* d, const int* samples, int count, const REAL* tran
 
 // One work-item per chunk of rays. grad_term: [R,N], or [chunks,N] when all rays share one row.
 KERNEL void weighted_units_gradient(IN REAL* restrict weight, IN REAL* restrict x, IN REAL* restrict w,
-                                    IN REAL* restrict term, IN REAL* restrict grad_y,
+                                    IN REAL* restrict term, IN int* restrict rows, IN REAL* restrict grad_y,
                                     GLOBAL REAL* restrict grad_weight, GLOBAL REAL* restrict grad_x,
                                     GLOBAL REAL* restrict grad_term, GLOBAL REAL* restrict partial, int rays,
                                     int samples, int term_stride, REAL threshold, int chunk_rays) {
@@ -228,8 +228,10 @@ KERNEL void weighted_units_gradient(IN REAL* restrict weight, IN REAL* restrict 
       int picked[GROUP] = {0};
       const int more = pick(picked, weight, &i, (ray + 1) * samples, threshold);
       if (more == 0) break;
+      int places[GROUP];
+      EACH(r, GROUP) places[r] = ROW(picked[r]);
       LANE acc[GROUP][VECTORS];
-      preactivate(acc, x, picked, w, term + (size_t)ray * term_stride);
+      preactivate(acc, x, places, w, term + (size_t)ray * term_stride);
       EACH(r, GROUP) if (r < more) {
         const REAL heaviness = weight[picked[r]];
         LANE dot = (LANE)(0);
@@ -243,7 +245,7 @@ KERNEL void weighted_units_gradient(IN REAL* restrict weight, IN REAL* restrict 
 #if SAMPLE_GRADIENT
         grad_weight[picked[r]] = sum_lanes(dot);
 #endif
-        staged[count + r] = picked[r];
+        staged[count + r] = places[r];
       }
       count += more;
       if (count > STAGED - GROUP) {

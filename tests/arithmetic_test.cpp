@@ -5,6 +5,8 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "environment.hpp"
 #include "vivant/graph/executor.hpp"
@@ -53,6 +55,18 @@ TEST_CASE("arithmetic: the environment chooses the units, GPUs have none") {
   }
   const ScopedVariable unknown("VIVANT_MATRIX_UNITS", "abacus");
   CHECK_THROWS_AS(Device(in_math("bf16")), UsageError);
+}
+
+TEST_CASE("arithmetic: dot products are chosen on AMD's processors alone, where they are fast") {
+  const ScopedVariable no_units("VIVANT_MATRIX_UNITS", "");
+  std::ifstream file("/proc/cpuinfo");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const auto has = [&](const char* flag) { return text.find(flag) != std::string::npos; };
+  if (!has("avx512_bf16") || has("amx_bf16")) {
+    MESSAGE("this processor has no dot products, or tiles as well");
+    return;
+  }
+  CHECK(find_matrix_units() == (has("AuthenticAMD") ? MatrixUnits::dot : MatrixUnits::none));
 }
 
 TEST_CASE("arithmetic: products of integers are exact on every kind of unit") {

@@ -65,18 +65,18 @@ Pictures render(Device& device, double scene_bias, double human_bias, Intervals 
   const FieldSamples behind = scene.sample(graph, scene.field().planes(graph), rays, nullptr);
   const RenderedRays scene_alone = scene.render(graph, behind, threshold);
   const RenderWeights weights = render_weights(person.density, person.deltas, person.depths);
-  const Value alpha = sum_channels(weights.weight);
+  const Value alpha = sum_channels(weights.weight), hidden = hidden_units(person.units);
   const Values pictures = {
       composite_output(graph, scene, human, composite(graph, scene, behind, person, intervals, threshold)),
       scene.field().colour(graph, scene_alone.hidden, scene_alone.alpha),
-      human.field().colour(graph, weighted_sum(weights.weight, person.hidden, person.ids), alpha), alpha};
+      human.field().colour(graph, weighted_sum(weights.weight, hidden, person.ids), alpha), alpha};
   const auto projected = [&](const Field& field, Value hidden) {  // every sample on its own, with the alpha 1
     const std::vector<double> ones(hidden.shape().rows(), 1.0);
     const Value alpha = graph.with_count(graph.constant({hidden.shape().rows(), 1}, ones), hidden.count());
     return field.colour(graph, hidden, alpha);
   };
   const Value scene_colours = projected(scene.field(), scene.hidden(graph, behind)),
-              person_colours = projected(human.field(), person.hidden);
+              person_colours = projected(human.field(), hidden);
   Values outputs = pictures;
   outputs.insert(outputs.end(), {behind.depths, behind.deltas, behind.density, scene_colours, person.depths,
                                  person.deltas, person.density, person_colours, person.ids});
@@ -99,8 +99,7 @@ Pictures render(Device& device, double scene_bias, double human_bias, Intervals 
                                      read(person_colours), executor.read_ints(person.ids)}};
   result.scene_samples.places.resize(result.scene_samples.depths.size());
   std::iota(result.scene_samples.places.begin(), result.scene_samples.places.end(), 0);
-  result.person_samples.places.resize(
-      executor.read_ints(person.hidden.count())[0]);  // the others are undefined
+  result.person_samples.places.resize(executor.read_ints(hidden.count())[0]);  // the others are undefined
   return result;
 }
 

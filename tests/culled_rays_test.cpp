@@ -71,6 +71,7 @@ Plain render_plainly(Device& device, const HumanModel& model, const Camera& came
                              .ids = graph.constant({count}, std::span<const std::int32_t>(ids)),
                              .depths = depths,
                              .deltas = graph.reshape(affine(near, step), {rays_count, steps}),
+                             .rows = {},
                              .overflow = {}};
   const std::vector<float>&error = state.codes.error, &bones = state.codes.bones;
   const FrameCodes codes{
@@ -80,7 +81,8 @@ Plain render_plainly(Device& device, const HumanModel& model, const Camera& came
                                               graph.constant({1}, std::vector<double>{1}));
   const RenderWeights weights = render_weights(field.density, field.deltas, field.depths);
   const Value alpha = sum_channels(weights.weight);
-  const Value rgb = model.field().colour(graph, weighted_sum(weights.weight, field.hidden, field.ids), alpha);
+  const Value rgb =
+      model.field().colour(graph, weighted_sum(weights.weight, hidden_units(field.units), field.ids), alpha);
   Executor executor(device, graph, {rgb, alpha});
   executor.run();
   return {executor.read(rgb), executor.read(alpha)};

@@ -183,6 +183,7 @@ TEST_CASE("human_model: only codes of the frames in a batch get a gradient") {
                              .ids = {},
                              .depths = {},
                              .deltas = {},
+                             .rows = {},
                              .overflow = {}};
   const FrameCodes codes = model.codes(graph);
   const Value correction =
@@ -231,6 +232,7 @@ TEST_CASE("human_model: a canonical E corrects a place of the body alike whereve
                                  .ids = {},
                                  .depths = {},
                                  .deltas = {},
+                                 .rows = {},
                                  .overflow = {}};
       return model.correction(graph, samples, model.codes(graph),
                               graph.constant({1}, std::vector<double>{1}));

@@ -152,7 +152,7 @@ struct Frame final : Workload {
             .deltas = drawn.deltas,
             .density = graph_.reshape(density, drawn.depths.shape()),
             .row_density = density,
-            .hidden = person.hidden(graph_, features, person.direction_term(graph_, {directions})),
+            .units = {features, person.hidden_weight(graph_), person.direction_term(graph_, {directions})},
             .ids = graph_.constant({tile * samples}, std::span<const std::int32_t>(all))};
   }
 

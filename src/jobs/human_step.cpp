@@ -84,8 +84,8 @@ void HumanStep::loss_of_rays(Value planes, std::int64_t capacity) {
   const HumanFieldSamples field = model_.query(graph_, planes, samples, model_.codes(graph_), fade_, keep);
   const RenderWeights weights = render_weights(field.density, field.deltas, field.depths);
   const Value alpha = sum_channels(weights.weight);
-  const Value colour =
-      model_.field().colour(graph_, weighted_sum(weights.weight, field.hidden, field.ids), alpha);
+  const Value colour = model_.field().colour(
+      graph_, weighted_sum(weights.weight, hidden_units(field.units), field.ids), alpha);
 
   const Value mask = image_gather(rays_.masks(graph_), rays),
               target = image_gather(rays_.colours(graph_), rays);

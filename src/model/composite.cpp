@@ -25,7 +25,7 @@ CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSample
       render_weights(merge_by(order, scene_samples.density, human_samples.density), deltas, depths);
   const Split split = split_by(order, weights.weight, scene_samples.depths.shape()[1]);
   return {.scene_hidden = scene.rendered_hidden(graph, scene_samples, split.a, threshold),
-          .human_hidden = weighted_sum(split.b, human_samples.hidden, human_samples.ids),
+          .human_hidden = rendered_units(human_samples, split.b, threshold),
           .scene_alpha = sum_channels(split.a),
           .human_alpha = sum_channels(split.b),
           .scene_depth = peak_depth(split.a, scene_samples.depths),

@@ -141,12 +141,11 @@ const LinearLayer& Field::hidden_layer(Output output) const {
 
 std::int64_t Field::direction_width() const { return 3 * (1 + 2 * options_.direction_frequencies); }
 
-Value Field::direction_term(Graph& graph, const Facing& facing, Output output) const {
-  const Value bias = hidden_layer(output).bias(graph);
+Field::FacingInputs Field::facing_inputs(Graph& graph, const Facing& facing, Output output) const {
   const LinearLayer& layer = heads_[own_hidden(output) ? feature_direction_head : direction_head];
   const bool views = facing.directions && options_.direction_frequencies > 0;
   const bool normals = facing.normals && options_.shading;
-  if (!views && !normals) return bias;
+  if (!views && !normals) return {};
   Values inputs;
   if (views) {
     const Value encoded = positional_encoding(facing.directions, options_.direction_frequencies);
@@ -157,7 +156,28 @@ Value Field::direction_term(Graph& graph, const Facing& facing, Output output) c
                      rows = (views ? direction_width() : 0) + (normals ? normal_width : 0);
   Value weight = layer.weight(graph);
   if (rows != weight.shape()[0]) weight = slice(weight, 0, first, rows);
-  return linear(inputs.size() > 1 ? concat(inputs) : inputs[0], weight, bias);
+  return {inputs.size() > 1 ? concat(inputs) : inputs[0], weight};
+}
+
+Value Field::direction_term(Graph& graph, const Facing& facing, Output output) const {
+  const Value bias = hidden_layer(output).bias(graph);
+  const FacingInputs inputs = facing_inputs(graph, facing, output);
+  return inputs.x ? linear(inputs.x, inputs.weight, bias) : bias;
+}
+
+UnitInputs Field::unit_inputs(Graph& graph, Value features, const Facing& facing, Output output) const {
+  const LinearLayer& layer = hidden_layer(output);
+  const Value weight = layer.weight(graph), bias = layer.bias(graph);
+  const FacingInputs inputs = facing_inputs(graph, facing, output);
+  if (!inputs.x) return {features, weight, bias};
+  const auto flat = [&](Value w) { return graph.reshape(w, {1, w.elements()}); };
+  const Value stacked = concat({flat(weight), flat(inputs.weight)});
+  return {concat({features, inputs.x}),
+          graph.reshape(stacked, {stacked.elements() / hidden_width, hidden_width}), bias};
+}
+
+Value hidden_units(const UnitInputs& inputs) {
+  return linear(inputs.x, inputs.w, inputs.term, Activation::relu);
 }
 
 Value Field::hidden(Graph& graph, Value features, Value direction_term, Output output) const {

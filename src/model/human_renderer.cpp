@@ -138,8 +138,8 @@ void HumanRenderer::build(int width, int height) {
     const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
     opacity_ = alpha_ = sum_channels(weights.weight);
     depth_ = peak_depth(weights.weight, samples.depths);
-    output_ = model_.field().output(graph, options_.output,
-                                    weighted_sum(weights.weight, samples.hidden, samples.ids), alpha_);
+    output_ = model_.field().output(
+        graph, options_.output, rendered_units(samples, weights.weight, options_.weight_threshold), alpha_);
   }
   Values outputs = {output_, alpha_, opacity_, depth_, person_->overflow()};
   if (options_.scene) outputs.push_back(scene_depth_);

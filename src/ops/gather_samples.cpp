@@ -37,6 +37,7 @@ struct GatherSamples final : Op {
             {DType::i32, {capacity}},
             dense,
             dense,
+            {DType::i32, {rays, samples_per_ray}},
             single,
             single};
   }
@@ -52,11 +53,11 @@ struct GatherSamples final : Op {
     launch.kernel("gather_samples.cl", "count_samples", defines)
         .args(rays, offsets, launch.workspace(0), count, samples_per_ray)
         .run({static_cast<std::size_t>(count), 1, 1}, {64, 1, 1});
-    scan_counts(launch, launch.workspace(0), launch.workspace(1), starts, launch.out(12), launch.out(11),
+    scan_counts(launch, launch.workspace(0), launch.workspace(1), starts, launch.out(13), launch.out(12),
                 count, capacity);
     auto call = launch.kernel("gather_samples.cl", "gather_samples", defines);
     call.args(launch.in(0), offsets, launch.in(2), launch.in(3), rays, launch.in(5), starts);
-    for (int i = 0; i < 11; ++i) call.args(launch.out(i));
+    for (int i = 0; i < 12; ++i) call.args(launch.out(i));
     call.args(step, no_sample_depth, count, samples_per_ray)
         .run({static_cast<std::size_t>((count + per_item - 1) / per_item), 1, 1},
              {launch.gpu() ? 64u : 1u, 1, 1});
@@ -85,6 +86,7 @@ const RegisterOp register_gather_samples({
                 {"ids", "[N, 1]", DType::i32},
                 {"depths", "[B, S]"},
                 {"deltas", "[B, S]"},
+                {.name = "rows", .shape = "[B, S]", .dtype = DType::i32},
                 {"overflow", "[1]", DType::i32},
                 {.name = "root", .shape = "[N, 3]", .optional = true}},
     .attributes = {{"step", 0.0075, "metres between samples"},
@@ -94,8 +96,8 @@ const RegisterOp register_gather_samples({
       const HumanSamples s = gather_samples({in[0], in[1], in[2], in[3]}, in[4], in[5], a.number("step"),
                                             a.integer("samples_per_ray"), a.integer("capacity"));
       const Value ids = graph.with_count(graph.reshape(s.ids, {s.ids.elements(), 1}), s.points.count());
-      Values out = {s.points, s.directions, s.normals, s.signed_distance, s.face,    s.barycentric,
-                    s.frame,  ids,          s.depths,  s.deltas,          s.overflow};
+      Values out = {s.points, s.directions, s.normals, s.signed_distance, s.face, s.barycentric,
+                    s.frame,  ids,          s.depths,  s.deltas,          s.rows, s.overflow};
       if (s.root) out.push_back(s.root);
       return out;
     },
@@ -109,10 +111,11 @@ HumanSamples gather_samples(const SampleTable& table, Value rays, Value jitter, 
   if (capacity == 0) capacity = rays.elements() * samples_per_ray;
   const Values out = graph.record(std::make_shared<GatherSamples>(step, samples_per_ray, capacity),
                                   {table.records, table.offsets, table.frames, table.roots, rays, jitter});
-  const auto rows = [&](int i) { return graph.with_count(out[i], out[12]); };
+  const auto rows = [&](int i) { return graph.with_count(out[i], out[13]); };
   return {rows(0), rows(1), rows(2), table.roots ? rows(3) : Value{},
           rows(4), rows(5), rows(6), rows(7),
-          out[8],  out[9],  out[10], out[11]};
+          out[8],  out[9],  out[10], out[11],
+          out[12]};
 }
 
 }  // namespace vivant

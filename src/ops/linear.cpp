@@ -56,6 +56,11 @@ struct Linear final : Op {
       return launch_bf16_product(launch, x, packed, bias, y, bias_kind, static_cast<int>(activation));
     const std::int64_t panel = packed.channels();
     const Tile tile = choose_tile(launch, TiledKernel::linear, panel);
+    const std::size_t columns = tiles(y.channels(), tile.vectors * launch.vector_width()),
+                      rows = tiles(x.rows(), tile.rows);
+    constexpr std::int64_t in_cache = 1 << 16;  // numbers of x: 256 KiB
+    const std::int64_t block =
+        std::clamp<std::int64_t>(in_cache / x.channels() / tile.rows, 1, static_cast<std::int64_t>(rows));
     launch
         .kernel("linear.cl", "linear_forward",
                 {{"INNER", x.channels()},
@@ -65,8 +70,10 @@ struct Linear final : Op {
                  {"HAS_BIAS", bias_kind},
                  {"ACTIVATION", static_cast<int>(activation)}})
         .args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1,
-              launch.count_of(x))
-        .run({tiles(y.channels(), tile.vectors * launch.vector_width()), tiles(x.rows(), tile.rows), 1},
+              launch.count_of(x), block)
+        .run(launch.gpu() ? std::array<std::size_t, 3>{columns, rows, 1}
+                          : std::array<std::size_t, 3>{static_cast<std::size_t>(block), columns,
+                                                       tiles(static_cast<std::int64_t>(rows), block)},
              launch.gpu() ? std::array<std::size_t, 3>{4, 16, 1} : std::array<std::size_t, 3>{1, 1, 1});
   }
 

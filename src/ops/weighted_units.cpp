@@ -33,12 +33,12 @@ Launch::Call kernel(Launch& launch, const char* function, const Lanes& lanes, st
                         {"LAYER_VECTORS", largest_divisor(lanes.vectors(), 4)}});
 }
 
-/// Inputs: weight, x, w, term, gradient of y. Outputs: the gradients of the first four, or of w and term
-/// alone
-/// (`of_samples` false).
+/// Inputs: weight, x, w, term, rows or absent, gradient of y. Outputs: the gradients of the first four, or of
+/// w and term alone (`of_samples` false).
 struct Gradient final : Op {
   Gradient(double threshold, bool of_samples) : threshold(threshold), of_samples(of_samples) {}
   std::string_view name() const override { return "weighted_units_gradient"; }
+  bool accepts_counts() const override { return true; }
   TensorTypes infer(const TensorTypes& in) const override {
     if (!of_samples) return {in[2], in[3]};
     return {in[0], in[1], in[2], in[3]};
@@ -49,8 +49,10 @@ struct Gradient final : Op {
   }
   void launch(Launch& launch) const override {
     const Tensor &weight = launch.in(0), &x = launch.in(1), &w = launch.in(2), &term = launch.in(3);
-    const Tensor &grad_y = launch.in(4), &partial = launch.workspace(0), &partial_term = launch.workspace(1);
+    const Tensor &rows = launch.in(4), &grad_y = launch.in(5);
+    const Tensor &partial = launch.workspace(0), &partial_term = launch.workspace(1);
     const Lanes lanes(launch, w[1]);
+    const bool has_rows = static_cast<bool>(rows);
     const bool per_ray = term.shape().rank() == 2;
     const Tensor none, &grad_weight = of_samples ? launch.out(0) : none,
                        &grad_x = of_samples ? launch.out(1) : none;
@@ -64,14 +66,14 @@ struct Gradient final : Op {
             .args(weight, x, w, term, grad_y, grad_weight, grad_x, rays, samples, stride,
                   least_weight(threshold))
             .run({static_cast<std::size_t>(rays * samples), 1, 1}, {64, 1, 1});
-      kernel(launch, "weighted_units_layer_gradient", lanes, w[0])
-          .args(weight, x, w, term, grad_y, grad_term, partial, rays, samples, stride,
+      kernel(launch, "weighted_units_layer_gradient", lanes, w[0], of_samples, has_rows)
+          .args(weight, x, w, term, rows, grad_y, grad_term, partial, rays, samples, stride,
                 least_weight(threshold), chunk)
           .run(lanes.items(partial[0]), lanes.group());
     } else {
-      kernel(launch, "weighted_units_gradient", lanes, w[0], of_samples)
-          .args(weight, x, w, term, grad_y, grad_weight, grad_x, grad_term, partial, rays, samples, stride,
-                least_weight(threshold), chunk)
+      kernel(launch, "weighted_units_gradient", lanes, w[0], of_samples, has_rows)
+          .args(weight, x, w, term, rows, grad_y, grad_weight, grad_x, grad_term, partial, rays, samples,
+                stride, least_weight(threshold), chunk)
           .run({static_cast<std::size_t>(partial[0]), 1, 1}, {1, 1, 1});
     }
     reduce_partials(launch, partial, launch.out(layer), partial[0], w.elements());
@@ -123,10 +125,11 @@ struct WeightedUnits final : Op {
   }
   Values gradient(const GradientRequest& request) const override {
     const Values& in = request.in;
-    if (in[4]) fail("[weighted_units] has no gradient where x holds only some of the samples");
     const bool of_samples = request.needed[0] || request.needed[1];
+    if (in[4] && of_samples)
+      fail("[weighted_units] where x holds only some of the samples, these have no gradient");
     const Values grads = request.graph.record(std::make_shared<Gradient>(threshold, of_samples),
-                                              {in[0], in[1], in[2], in[3], request.grad()});
+                                              {in[0], in[1], in[2], in[3], in[4], request.grad()});
     return of_samples ? Values{grads[0], grads[1], grads[2], grads[3], Value{}}
                       : Values{Value{}, Value{}, grads[0], grads[1], Value{}};
   }

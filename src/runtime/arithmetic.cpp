@@ -43,6 +43,14 @@ bool has_dot_products() {
          (features & avx512bw) != 0 && (cpuid(7, 1).a & avx512_bf16) != 0;
 }
 
+/// Measured: products of bf16 pairs run at twice the rate of fp32 on AMD's processors, at half of it on
+/// Intel's.
+bool dot_products_are_fast() {
+  constexpr unsigned auth = 0x68747541, enti = 0x69746e65, c_amd = 0x444d4163;
+  const Registers vendor = cpuid(0, 0);
+  return vendor.b == auth && vendor.d == enti && vendor.c == c_amd;
+}
+
 /// The processor has tiles, the system saves them, and grants them to this process when it is asked.
 bool has_tiles() {
   constexpr unsigned tiles = 3u << 17, amx_bf16 = 1u << 22, amx_tile = 1u << 24;
@@ -54,6 +62,7 @@ bool has_tiles() {
 }
 #else
 bool has_dot_products() { return false; }
+bool dot_products_are_fast() { return false; }
 bool has_tiles() { return false; }
 #endif
 
@@ -97,9 +106,8 @@ MatrixUnits find_matrix_units() {
     throw UsageError("VIVANT_MATRIX_UNITS is '" + name +
                      "': it must be none, dot, amx, imitated or emulated");
   }
-  for (const MatrixUnits units : {MatrixUnits::amx, MatrixUnits::dot})
-    if (exists(units)) return units;
-  return MatrixUnits::none;
+  if (exists(MatrixUnits::amx)) return MatrixUnits::amx;
+  return exists(MatrixUnits::dot) && dot_products_are_fast() ? MatrixUnits::dot : MatrixUnits::none;
 }
 
 Math choose_math(const std::string& wanted, MatrixUnits units) {

@@ -71,6 +71,7 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
              face = fixed_tensor(DType::i32, {capacity, 1}), frame = face;
   HostTensor ids = fixed_tensor(DType::i32, {capacity, 1}), overflow = fixed_tensor(DType::i32, {1});
   HostTensor depths = fixed_tensor(DType::real, {picked, most}), deltas = depths;
+  HostTensor rows = fixed_tensor(DType::i32, {picked, most});
   overflow.data = {0};
   for (std::int64_t b = 0; b < picked; ++b) {
     const auto ray = static_cast<std::size_t>(in[4].data[b]);
@@ -94,15 +95,17 @@ std::vector<HostTensor> reference(const Variation& v, const std::vector<HostTens
       distance.data.push_back(bits_float(record[6]));
       face.data.push_back(record[4]);
       frame.data.push_back(in[2].absent ? 0 : in[2].data[ray]);
+      rows.data.push_back(static_cast<double>(ids.data.size()));
       ids.data.push_back(static_cast<double>(b * most + s));
       depths.data.push_back(depth);
       deltas.data.push_back(step);
     }
     depths.data.resize((b + 1) * most, no_sample_depth);
     deltas.data.resize((b + 1) * most, 0);
+    rows.data.resize((b + 1) * most, -1);
   }
-  std::vector<HostTensor> out = {points, directions, normals, distance, face,    barycentric,
-                                 frame,  ids,        depths,  deltas,   overflow};
+  std::vector<HostTensor> out = {points, directions, normals, distance, face, barycentric,
+                                 frame,  ids,        depths,  deltas,   rows, overflow};
   if (!in[3].absent) out.push_back(root);
   return out;
 }

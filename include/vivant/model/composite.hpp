@@ -22,7 +22,7 @@ struct CompositeRays {
 };
 
 /// Merges the samples of both fields by depth (at equal depths the scene comes first) and renders them with
-/// one equation. Scene samples that weigh less than `threshold` are left out.
+/// one equation. Samples that weigh less than `threshold` have no hidden units.
 CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSamples& scene_samples,
                         const HumanFieldSamples& human_samples, Intervals intervals, double threshold = 0);
 

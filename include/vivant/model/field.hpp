@@ -63,6 +63,15 @@ struct Facing {
   Value normals = {};  ///< [R, 3] of the surface as it is observed, for FieldOptions::shading
 };
 
+/// What the hidden units of N samples are made of: relu(x w + term).
+struct UnitInputs {
+  Value x;     ///< [N, K]
+  Value w;     ///< [K, 128]
+  Value term;  ///< [128], or [R, 128] where row r serves the N / R samples of ray r
+};
+/// The units themselves, [N, 128].
+Value hidden_units(const UnitInputs& inputs);
+
 /// A radiance field on geometry-guided tri-planes: points in [-1, 1]^3 to density and
 /// to 128 hidden units, which are rendered before the last linear layer is applied (render, then project:
 /// exact, since that layer is linear and its bias is multiplied by the accumulated alpha).
@@ -100,6 +109,10 @@ class Field {
   /// the bias alone.
   Value hidden(Graph& graph, Value features, Value direction_term, Output output = Output::colour) const;
   Value hidden_weight(Graph& graph, Output output = Output::colour) const;
+  /// The same layer where every sample has a facing of its own: x holds its features, encoded direction and
+  /// normal side by side, as far as there are any.
+  UnitInputs unit_inputs(Graph& graph, Value features, const Facing& facing,
+                         Output output = Output::colour) const;
   /// Rendered hidden units [R, 128] and alpha [R, 1] -> colours [R, 3] or features [R, 256].
   Value colour(Graph& graph, Value hidden, Value alpha) const;
   Value feature(Graph& graph, Value hidden, Value alpha) const;
@@ -110,6 +123,12 @@ class Field {
   const std::string& name() const { return name_; }
 
  private:
+  /// What a facing adds to the hidden layer's inputs [R, K] and the rows of the weight [K, 128] that it
+  /// meets; both absent when nothing is given.
+  struct FacingInputs {
+    Value x, weight;
+  };
+  FacingInputs facing_inputs(Graph& graph, const Facing& facing, Output output) const;
   /// Columns of the encoded directions of views.
   std::int64_t direction_width() const;
   bool own_hidden(Output output) const { return options_.feature_hidden && output != Output::colour; }

@@ -36,10 +36,15 @@ struct HumanFieldSamples {
   Value depths, deltas;    ///< [R, S]
   Value density = {};      ///< [R, S], 0 where there is no sample
   Value row_density = {};  ///< [N, 1]
-  Value hidden = {};       ///< [N, 128], of the output that was asked for
+  UnitInputs units = {};   ///< of the output that was asked for
   Value ids;               ///< i32 [N] place of a row among the R S samples
-  Value correction = {};   ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
+  Value rows = {};  ///< i32 [R, S] the row of a sample, -1 where there is none; absent: N = R S, as they lie
+  Value correction = {};  ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
 };
+
+/// The samples' hidden units times `weight` [R, S], summed over each ray: [R, 128]. They are computed for
+/// samples that weigh more than `threshold` alone, and have no gradient but that of their layer.
+Value rendered_units(const HumanFieldSamples& samples, Value weight, double threshold);
 
 /// The person: a radiance field in the canonical pose, corrected there by E and by bone corrections.
 ///

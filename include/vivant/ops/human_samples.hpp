@@ -58,6 +58,7 @@ struct HumanSamples {
   Value frame;            ///< i32 [N, 1]
   Value ids;  ///< i32 [N] place r * S + s of the row among the B x S of the dense tensors, ascending
   Value depths, deltas;  ///< [B, S] ascending; places without a sample have no_sample_depth and 0
+  Value rows;            ///< i32 [B, S] the row of each place, -1 where there is no sample
   Value overflow;        ///< i32 [1]: 1 when the rows did not fit into the capacity
 };
 

@@ -9,7 +9,8 @@ namespace vivant {
 /// than `threshold` are left out (they get no gradient either); with 0 none is.
 ///
 /// With `rows` i32 [R, S], which needs a threshold above 0, x [K, C] holds only some of the samples (see
-/// occupied_samples): rows[r, s] is the row of a sample; the others must weigh nothing. No gradient then.
+/// occupied_samples): rows[r, s] is the row of a sample; the others must weigh nothing. Then w and term
+/// alone have gradients.
 Value weighted_units(Value weight, Value x, Value w, Value term, double threshold = 0, Value rows = {});
 
 }  // namespace vivant

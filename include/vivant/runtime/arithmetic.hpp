@@ -19,7 +19,8 @@ std::string_view name_of(MatrixUnits units);
 /// Throws UsageError for a name that is none of fp32, bf16x3, bf16.
 Math math_from(const std::string& name);
 
-/// The units that this machine's processor has and the system lets us use; with the environment's
+/// The units that this machine's processor has, the system lets us use, and that are faster than fp32 (dot
+/// products are on AMD's processors, not on Intel's); with the environment's
 /// VIVANT_MATRIX_UNITS (none, dot, amx, imitated, or with tests/amx_emulator alone emulated) that one
 /// instead, or none where it does not exist.
 MatrixUnits find_matrix_units();
