@@ -46,6 +46,7 @@ inline void multiply(const REAL* v, IN REAL* panel, REAL* m) {
     for (int k = 0; k < INNER; ++k) {
       REALV b[TILE_VECTORS];
       FOR_TILE_VECTORS b[v] = VLOAD(v, panel + (size_t)k * PANEL);
+      ASK_FOR(panel + (size_t)(k + AHEAD) * PANEL);
       FOR_TILE_ROWS {
         const REAL s = rows[r * INNER + k];
         FOR_TILE_VECTORS acc[r][v] += s * b[v];

@@ -44,10 +44,7 @@ KERNEL void linear_forward(IN REAL* restrict x, IN REAL* restrict packed, IN REA
     for (int k = 0; k < INNER; ++k) {
       REALV b[TILE_VECTORS];
       FOR_TILE_VECTORS b[v] = VLOAD(v, w + (size_t)k * PANEL);
-#if !GPU_FORM
-      const int ahead = 8;  // rows of the panel, which comes from the second cache
-      FOR_TILE_VECTORS __builtin_prefetch(w + (size_t)(k + ahead) * PANEL + v * VW);
-#endif
+      ASK_FOR(w + (size_t)(k + AHEAD) * PANEL);
       FOR_TILE_ROWS {
         const REAL s = a[r * INNER + k];
         FOR_TILE_VECTORS acc[r][v] += s * b[v];
