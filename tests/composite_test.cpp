@@ -69,7 +69,7 @@ Pictures render(Device& device, double scene_bias, double human_bias, Intervals 
   const Values pictures = {
       composite_output(graph, scene, human, composite(graph, scene, behind, person, intervals, threshold)),
       scene.field().colour(graph, scene_alone.hidden, scene_alone.alpha),
-      human.field().colour(graph, weighted_sum(weights.weight, hidden, person.ids), alpha), alpha};
+      human.field().colour(graph, rendered_units(person, weights.weight, 0), alpha), alpha};
   const auto projected = [&](const Field& field, Value hidden) {  // every sample on its own, with the alpha 1
     const std::vector<double> ones(hidden.shape().rows(), 1.0);
     const Value alpha = graph.with_count(graph.constant({hidden.shape().rows(), 1}, ones), hidden.count());

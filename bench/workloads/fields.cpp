@@ -97,7 +97,8 @@ std::vector<float> smooth_planes(const std::string& name, std::int64_t size, std
 }
 
 /// A frame in tiles from planes that are given. Densities rise steeply where the first feature exceeds 1.5,
-/// so that there are surfaces. `threshold`: samples of the scene that weigh less are skipped, with 0 none.
+/// so that there are surfaces. Samples that weigh less than `threshold` have no hidden units; with 0 all
+/// have.
 struct Frame final : Workload {
   Frame(Device& device, const Sizes& sizes)
       : Workload(device),

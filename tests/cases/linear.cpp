@@ -41,7 +41,8 @@ const Register registration(OpCase{
                    {{67, 5, 19, 41, 67}},
                    {{29, 65, 67, 23, 1}},  // the weight gradient packs its operands
                    {{1, 64, 64, -1, 1}},
-                   {{9, 65, 67, -1, 1}}},
+                   {{9, 65, 67, -1, 1}},
+                   {{130, 700, 20, 127, 1}}},  // two blocks of rows
     .inputs = inputs,
     .reference = reference,
     .for_matrix_units = {{{2100, 40, 70, 2050, 1}}},

@@ -42,8 +42,8 @@ struct HumanFieldSamples {
   Value correction = {};  ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
 };
 
-/// The samples' hidden units times `weight` [R, S], summed over each ray: [R, 128]. They are computed for
-/// samples that weigh more than `threshold` alone, and have no gradient but that of their layer.
+/// The samples' hidden units times `weight` [R, S], summed over each ray: [R, 128]. Samples that weigh less
+/// than `threshold` have none. With `rows`, the layer alone has gradients: asking for those of samples fails.
 Value rendered_units(const HumanFieldSamples& samples, Value weight, double threshold);
 
 /// The person: a radiance field in the canonical pose, corrected there by E and by bone corrections.

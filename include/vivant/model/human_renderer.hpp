@@ -74,7 +74,7 @@ class HumanRenderer {
     /// Turns that world into the one that the person was trained in: the light on them.
     Eigen::Matrix3d light = Eigen::Matrix3d::Identity();
     Intervals intervals = Intervals::own;
-    double weight_threshold = 1e-4;  ///< samples that weigh less have no colour; 0: none
+    double weight_threshold = 1e-4;  ///< samples that weigh less have no hidden units
     Output output = Output::colour;  ///< hidden units: of the scene, if any, then of the person
   };
   HumanRenderer(Device& device, const HumanModel& model, const Options& options);

@@ -19,10 +19,9 @@ std::string_view name_of(MatrixUnits units);
 /// Throws UsageError for a name that is none of fp32, bf16x3, bf16.
 Math math_from(const std::string& name);
 
-/// The units that this machine's processor has, the system lets us use, and that are faster than fp32 (dot
-/// products are on AMD's processors, not on Intel's); with the environment's
-/// VIVANT_MATRIX_UNITS (none, dot, amx, imitated, or with tests/amx_emulator alone emulated) that one
-/// instead, or none where it does not exist.
+/// The units that the processor has, that the system lets us use and that are faster than fp32 (dot products:
+/// AMD's alone); with the environment's VIVANT_MATRIX_UNITS (none, dot, amx, imitated, or with
+/// tests/amx_emulator alone emulated) that one instead, fast or not, or none where it does not exist.
 MatrixUnits find_matrix_units();
 
 /// The arithmetic that runs: `wanted` ("": the environment's VIVANT_MATH, else by the units) where these
