@@ -4,7 +4,7 @@
 //
 // The gradient walks back to front and never divides by what a sample lets pass:
 //   d w_j / d x_i = T_{i+1} for j = i, -w_j for j > i, and T_{i+1} = T_end + w_{i+1} + ... + w_{S-1}
-#include "common.clh"
+#include "lane_sums.clh"
 
 // `n` elements; the lanes behind them are 0.
 inline REALV load_some(IN REAL* p, int n) {
@@ -12,6 +12,15 @@ inline REALV load_some(IN REAL* p, int n) {
   REAL lanes[VW];
   for (int k = 0; k < VW; ++k) lanes[k] = k < n ? p[k] : 0;
   return VLOAD(0, lanes);
+}
+inline void store_some(REALV x, GLOBAL REAL* p, int n) {
+  if (n >= VW) {
+    VSTORE(x, 0, p);
+    return;
+  }
+  REAL lanes[VW];
+  VSTORE(x, 0, lanes);
+  for (int k = 0; k < n; ++k) p[k] = lanes[k];
 }
 
 KERNEL void render_weights(IN REAL* restrict density, IN REAL* restrict delta, IN REAL* restrict depths,
@@ -25,25 +34,12 @@ KERNEL void render_weights(IN REAL* restrict density, IN REAL* restrict delta, I
   for (int s = 0; s < samples; s += VW) {
     const int n = min(VW, samples - s);
     const REALV x = load_some(density + row + s, n) * load_some(delta + row + s, n);
-    REAL single[VW], before[VW];
-    VSTORE(x, 0, single);
-    UNROLL for (int k = 0; k < VW; ++k) {
-      before[k] = passed;
-      passed += single[k];
-    }
-    const REALV w = -exp(-VLOAD(0, before)) * expm1(-x);
+    const REALV sums = sums_up_to(x), w = -exp(-(passed + UP(1, sums))) * expm1(-x);
+    passed += LAST(sums);
     depth_sum += w * load_some(depths + row + s, n);
-    if (n == VW) {
-      VSTORE(w, 0, weight + row + s);
-    } else {
-      VSTORE(w, 0, single);
-      for (int k = 0; k < n; ++k) weight[row + s + k] = single[k];
-    }
+    store_some(w, weight + row + s, n);
   }
-  REAL parts[VW], sum = 0;
-  VSTORE(depth_sum, 0, parts);
-  for (int k = 0; k < VW; ++k) sum += parts[k];
-  depth[ray] = sum;
+  depth[ray] = LAST(sums_up_to(depth_sum));
   alpha[ray] = -expm1(-passed);
 }
 
@@ -56,15 +52,23 @@ KERNEL void render_weights_gradient(IN REAL* restrict density, IN REAL* restrict
   if (ray >= rays) return;
   const size_t row = (size_t)ray * samples;
   const REAL by_depth = grad_depth ? grad_depth[ray] : 0;
-  REAL passed = 0;
-  for (int s = 0; s < samples; ++s) passed += density[row + s] * delta[row + s];
-  const REAL end = exp(-passed), by_alpha = grad_alpha ? grad_alpha[ray] * end : 0;
-  REAL transmittance = end, behind = 0;  // T_{i+1}, and the sum of w_j g_j for j > i
-  for (int s = samples - 1; s >= 0; --s) {
+  REALV passed = (REALV)(0);
+  for (int s = 0; s < samples; s += VW) {
+    const int n = min(VW, samples - s);
+    passed += load_some(density + row + s, n) * load_some(delta + row + s, n);
+  }
+  const REAL end = exp(-LAST(sums_up_to(passed))), by_alpha = grad_alpha ? grad_alpha[ray] * end : 0;
+  REAL transmittance = end, behind = 0;  // behind the vector: T, and the sum of w_j g_j
+  for (int s = (samples - 1) / VW * VW; s >= 0; s -= VW) {
+    const int n = min(VW, samples - s);
     const size_t i = row + s;
-    const REAL g = (grad_weight ? grad_weight[i] : 0) + by_depth * depths[i];
-    grad_density[i] = delta[i] * (g * transmittance - behind + by_alpha);
-    transmittance += weight[i];
-    behind += weight[i] * g;
+    REALV g = (REALV)(0);
+    if (grad_weight) g = load_some(grad_weight + i, n);
+    if (grad_depth) g += by_depth * load_some(depths + i, n);
+    const REALV w = load_some(weight + i, n), weights = sums_from(w), losses = sums_from(w * g);
+    const REALV passing = transmittance + DOWN(1, weights), hidden = behind + DOWN(1, losses);
+    store_some(load_some(delta + i, n) * (g * passing - hidden + by_alpha), grad_density + i, n);
+    transmittance += weights.s0;
+    behind += losses.s0;
   }
 }

@@ -13,6 +13,14 @@
 #define SAMPLE(k) (k)
 #endif
 
+// Rows are asked for this many numbers ahead: a page of 4 KiB, at which the processor itself stops looking ahead.
+#define AHEAD 1024
+#if GPU_FORM
+#define ASK_FOR(p)
+#else
+#define ASK_FOR(p) __builtin_prefetch(p)
+#endif
+
 // The first of `rows` rows whose sample is at least `sample`.
 inline int first_row(IN int* ids, int rows, int sample) {
 #if HAS_IDS
@@ -42,7 +50,10 @@ KERNEL void weighted_sum(IN REAL* restrict weight, IN REAL* restrict feature, IN
     const REAL w = weight[SAMPLE(k)];
     if (w == 0) continue;
     IN REAL* row = feature + (size_t)k * CHANNELS + first_vector * LANES;
-    UNROLL for (int v = 0; v < VECTORS_PER_ITEM; ++v) sum[v] += w * LOAD(row + v * LANES);
+    UNROLL for (int v = 0; v < VECTORS_PER_ITEM; ++v) {
+      ASK_FOR(row + AHEAD + v * LANES);
+      sum[v] += w * LOAD(row + v * LANES);
+    }
   }
   GLOBAL REAL* target = out + (size_t)ray * CHANNELS + first_vector * LANES;
   UNROLL for (int v = 0; v < VECTORS_PER_ITEM; ++v) STORE(sum[v], target + v * LANES);
@@ -57,12 +68,22 @@ KERNEL void weighted_sum_weight_gradient(IN REAL* restrict feature, IN int* rest
     IN REAL* row = feature + (size_t)k * CHANNELS;
     IN REAL* grad = grad_out + (size_t)(SAMPLE(k) / samples) * CHANNELS;
     LANE dot = (LANE)(0);
+    for (int v = 0; v < VECTORS; ++v) ASK_FOR(row + AHEAD + v * LANES);
     for (int v = 0; v < VECTORS; ++v) dot += LOAD(row + v * LANES) * LOAD(grad + v * LANES);
     grad_weight[SAMPLE(k)] = sum_lanes(dot);
   }
 }
 
-// grad_feature: weight * grad_out
+// grad_feature: weight * grad_out. PAST_CACHES: it is so large that lines would only be read to be replaced.
+#ifndef PAST_CACHES
+#define PAST_CACHES 0
+#endif
+#if PAST_CACHES && __has_builtin(__builtin_nontemporal_store)
+#define STORE_GRADIENT(value, p) __builtin_nontemporal_store(value, (GLOBAL LANE*)(p))
+#else
+#define STORE_GRADIENT STORE
+#endif
+
 KERNEL void weighted_sum_feature_gradient(IN REAL* restrict weight, IN int* restrict ids, IN REAL* restrict grad_out,
                                           GLOBAL REAL* restrict grad_feature, int samples, int capacity, int block,
                                           IN int* count) {
@@ -73,6 +94,6 @@ KERNEL void weighted_sum_feature_gradient(IN REAL* restrict weight, IN int* rest
     IN REAL* grad = grad_out + (size_t)(SAMPLE(k) / samples) * CHANNELS;
     const REAL w = weight[SAMPLE(k)];
     UNROLL for (int v = first_vector; v < first_vector + VECTORS_PER_ITEM; ++v)
-      STORE(w * LOAD(grad + v * LANES), grad_feature + (size_t)k * CHANNELS + v * LANES);
+      STORE_GRADIENT(w * LOAD(grad + v * LANES), grad_feature + (size_t)k * CHANNELS + v * LANES);
   }
 }

@@ -67,15 +67,15 @@ Pictures render(Device& device, double scene_bias, double human_bias, Intervals 
   const RenderWeights weights = render_weights(person.density, person.deltas, person.depths);
   const Value alpha = sum_channels(weights.weight), hidden = hidden_units(person.units);
   const Values pictures = {
-      composite_output(graph, scene, human, composite(graph, scene, behind, person, intervals, threshold)),
+      composite_output(graph, scene, human, composite(graph, behind, person, intervals, threshold)),
       scene.field().colour(graph, scene_alone.hidden, scene_alone.alpha),
-      human.field().colour(graph, rendered_units(person, weights.weight, 0), alpha), alpha};
+      human.field().colour(graph, rendered_units(person.units, weights.weight, 0), alpha), alpha};
   const auto projected = [&](const Field& field, Value hidden) {  // every sample on its own, with the alpha 1
     const std::vector<double> ones(hidden.shape().rows(), 1.0);
     const Value alpha = graph.with_count(graph.constant({hidden.shape().rows(), 1}, ones), hidden.count());
     return field.colour(graph, hidden, alpha);
   };
-  const Value scene_colours = projected(scene.field(), scene.hidden(graph, behind)),
+  const Value scene_colours = projected(scene.field(), hidden_units(behind.units)),
               person_colours = projected(human.field(), hidden);
   Values outputs = pictures;
   outputs.insert(outputs.end(), {behind.depths, behind.deltas, behind.density, scene_colours, person.depths,

@@ -85,9 +85,10 @@ TEST_CASE("field: the term of the directions is the bias, and what views that ar
       Graph graph;
       const Value directions = graph.input("directions", {rows, 3}), keep = graph.input("keep", {rows, 1}),
                   normals = graph.input("normals", {rows, 3});
-      const Value term = field.direction_term(graph, {.directions = with_views ? directions : Value{},
-                                                      .keep = with_views ? keep : Value{},
-                                                      .normals = with_normals ? normals : Value{}});
+      const Facing seen{.directions = with_views ? directions : Value{},
+                        .keep = with_views ? keep : Value{},
+                        .normals = with_normals ? normals : Value{}};
+      const Value term = field.units_of_rays(graph, graph.input("features", {rows, 8}), seen).term;
       Run run(graph, {term});
       if (with_views) run.write(directions, views);
       if (with_views) run.write(keep, kept);

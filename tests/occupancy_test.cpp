@@ -65,13 +65,14 @@ TEST_CASE("occupancy: empty space and what lies behind surfaces is not looked at
   const FieldSamples all = BakedScene(test_device(), scene.model, 0).sample(graph, rays, Output::colour);
   const FieldSamples some =
       BakedScene(test_device(), scene.model, threshold).sample(graph, rays, Output::colour);
-  REQUIRE(some.rows);
-  CHECK(!all.rows);
+  REQUIRE(some.units.rows);
+  CHECK(!all.units.rows);
   const RenderedRays plain = scene.model.render(graph, all, threshold),
                      quick = scene.model.render(graph, some, threshold);
   const Value plain_colour = field.colour(graph, plain.hidden, plain.alpha),
               quick_colour = field.colour(graph, quick.hidden, quick.alpha);
-  Executor executor(test_device(), graph, {plain_colour, quick_colour, plain.alpha, quick.alpha, some.rows});
+  Executor executor(test_device(), graph,
+                    {plain_colour, quick_colour, plain.alpha, quick.alpha, some.units.rows});
   executor.run();
   const auto largest_difference = [&](Value a, Value b) {
     const std::vector<float> x = executor.read(a), y = executor.read(b);
@@ -87,7 +88,7 @@ TEST_CASE("occupancy: empty space and what lies behind surfaces is not looked at
   const std::vector<float> alpha = executor.read(plain.alpha);
   CHECK(*std::min_element(alpha.begin(), alpha.end()) < 0.01);
   CHECK(*std::max_element(alpha.begin(), alpha.end()) > 0.99);
-  const std::vector<std::int32_t> rows = executor.read_ints(some.rows);
+  const std::vector<std::int32_t> rows = executor.read_ints(some.units.rows);
   const auto looked_at = std::count_if(rows.begin(), rows.end(), [](std::int32_t row) { return row >= 0; });
   // The cube and the cells around it hold 8 % of the samples, of which a fifth lies behind its front.
   CHECK(looked_at > 0);

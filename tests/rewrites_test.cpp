@@ -189,7 +189,7 @@ TEST_CASE("rewrites: rendering hidden units and projecting once is projecting ev
   // Every sample has the alpha 1 of its own; then its colour is rendered.
   const Value ones =
       graph.constant({ray_count * sample_count, 1}, std::vector<double>(ray_count * sample_count, 1.0));
-  const Value colours = field.colour(graph, scene.model.hidden(graph, samples), ones);
+  const Value colours = field.colour(graph, hidden_units(samples.units), ones);
   const Value plain = weighted_sum(rendered.weight, colours);
   const Values parameters = scene.parameters(graph);
   Values outputs = {quick, plain};
@@ -212,7 +212,7 @@ TEST_CASE(
   const Field& field = scene.model.field();
   const FieldSamples samples = scene.model.sample(graph, field.planes(graph), Scene::rays(graph, 1), nullptr);
   const RenderedRays plain = scene.model.render(graph, samples);
-  const Value hidden = scene.model.hidden(graph, samples);
+  const Value hidden = hidden_units(samples.units);
   for (const double threshold : {1e-4, 1e-2}) {
     const RenderedRays quick = scene.model.render(graph, samples, threshold);
     const Value plain_colour = field.colour(graph, plain.hidden, plain.alpha),
@@ -262,7 +262,7 @@ TEST_CASE("rewrites: density first trains as the plain form whose light samples 
     std::transform(weights.begin(), weights.end(), heavy.begin(), [](float w) { return w > threshold; });
     CHECK(std::count(heavy.begin(), heavy.end(), 0.0) > 100);
     const Value masked = multiply(quick.weight, graph.constant(quick.weight.shape(), heavy));
-    const Value plain = weighted_sum(masked, scene.model.hidden(graph, samples));
+    const Value plain = weighted_sum(masked, hidden_units(samples.units));
     const Values parameters = scene.parameters(graph);
     Values outputs = {quick.hidden, plain};
     for (const Value& hidden : {quick.hidden, plain}) {

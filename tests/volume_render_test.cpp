@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "vivant/graph/executor.hpp"
+#include "graph_helpers.hpp"
 #include "vivant/io/safetensors.hpp"
 
 using namespace vivant;
@@ -52,4 +52,27 @@ TEST_CASE("volume_render agrees with an independent renderer") {
     CHECK(relative_error(rendered.alpha, "opacity") < 1e-6);
     CHECK(relative_error(rendered.weight, "weights") < 1e-6);
   }
+}
+
+TEST_CASE("weighted_sum: a gradient of features that is larger than the caches is weight times gradient") {
+  constexpr std::int64_t rays = 1025, samples = 512, channels = 32;  // 67 MB
+  static_assert(rays * samples * channels > 1 << 24);
+  Graph graph;
+  const Value weight = graph.input("weight", {rays, samples}),
+              feature = graph.input("feature", {rays * samples, channels}),
+              grad = graph.input("gradient", {rays, channels});
+  const Value of_feature = differentiate(graph, {weighted_sum(weight, feature)}, {grad}, {feature})[0];
+  std::vector<float> weights(rays * samples), grads(rays * channels);
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = static_cast<float>(i % 1013) / 1013;
+  for (std::size_t i = 0; i < grads.size(); ++i) grads[i] = static_cast<float>(i % 997) / 997 - 0.5f;
+  Run run(graph, {of_feature});
+  run.write(weight, weights);
+  run.write(grad, grads);
+  const std::vector<float> found = run.read(of_feature);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::size_t sample = i / channels;
+    wrong += found[i] != weights[sample] * grads[sample / samples * channels + i % channels];
+  }
+  CHECK(wrong == 0);
 }

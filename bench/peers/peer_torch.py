@@ -102,12 +102,17 @@ def load_volume_rendering(request, t):
     return backward
 
 
+def load_triad(request, t):
+    return lambda: {"y": torch.add(t["a"], t["b"], alpha=0.5)}
+
+
 LOADERS = {
     "convolution": load_convolution,
     "product": load_product,
     "perceptron": load_perceptron,
     "triplane": load_triplane,
     "volume rendering": load_volume_rendering,
+    "triad": load_triad,
     "vgg": Vgg,
     "stylise": Stylise,
     "style step": StyleStep,

@@ -95,6 +95,7 @@ def main():
     threads = []
     for work, request in [
         ("scene step, 128x128 planes, 1024 rays x 128", STEP),
+        ("scene step, 256x256 planes, 4096 rays x 128", {**STEP, "planes": 256, "rays": 4096}),
         ("stylise a 240x135 map", {**STYLISE, **PICTURES[1]}),
         ("frame 240x135 of scene and person", {**FRAME, **PICTURES[1]}),
     ]:

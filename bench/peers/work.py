@@ -42,6 +42,21 @@ def fields():
                        rays=rays, samples=128, encoding=encoding, part=part)
 
 
+def volume_rendering():
+    """Beside the frameworks, a triad (y = a + s b) that moves the bytes that must move: what is read and what is
+    written, once each."""
+    rays, samples, channels = 16384, 128, 32
+    feature, number, ray = rays * samples * channels * 4, rays * samples * 4, rays * channels * 4
+    must_move = {
+        "forward": feature + 3 * number + ray,  # density, intervals and depths in, the rendered features out
+        "backward": 2 * feature + 3 * number + ray,  # density and intervals in, the density's gradient out
+    }
+    for part, size in must_move.items():
+        triad = {"our triad of the bytes that must move": {"workload": "triad", "bytes": size}}
+        yield Work("rendering", f"volume rendering {rays} x {samples} x {channels}, {part}", "volume rendering",
+                   FRAMEWORKS, ours=triad, part=part, rays=rays, samples=samples, channels=channels)
+
+
 def workloads():
     yield from convolutions()
     for part in ("forward", "backward"):
@@ -55,9 +70,7 @@ def workloads():
         yield Work("triplane", f"tri-plane {part}, 524288 points x 32", "triplane", FRAMEWORKS, ours=exchange,
                    part=part, size=256, channels=32, rays=4096, samples=128)
     yield from fields()
-    for part in ("forward", "backward"):
-        yield Work("rendering", f"volume rendering 16384 x 128 x 32, {part}", "volume rendering", FRAMEWORKS,
-                   part=part, rays=16384, samples=128, channels=32)
+    yield from volume_rendering()
     for part in ("forward", "forward and gradient"):
         yield Work("W4", f"W4 VGG-19 to relu4_1 at 256x256, {part}", "vgg", FRAMEWORKS, part=part, side=256)
     yield Work("W1s", "W1s scene step, 128x128 planes, 1024 rays", "scene step", FRAMEWORKS + REWRITTEN, planes=128,

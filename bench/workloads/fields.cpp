@@ -1,6 +1,4 @@
 // The workloads of radiance fields: a training step of the scene (W1) and a frame of scene and person (W2).
-#include <numeric>
-
 #include "rays.hpp"
 #include "vivant/model/composite.hpp"
 #include "vivant/ops/loss.hpp"
@@ -132,8 +130,8 @@ struct Frame final : Workload {
     const FieldSamples scene_samples =
         scene.sample(graph_, planes("scene planes"), {origins, directions}, nullptr);
     const CompositeRays rays =
-        composite(graph_, scene, scene_samples, person_samples(planes("human planes"), samples),
-                  Intervals::own, sizes.at("threshold"));
+        composite(graph_, scene_samples, person_samples(planes("human planes"), samples), Intervals::own,
+                  sizes.at("threshold"));
     colours = add(scene.field().colour(graph_, rays.scene_hidden, rays.scene_alpha),
                   person.colour(graph_, rays.human_hidden, rays.human_alpha));
     prepare({{"colours", colours}});
@@ -146,15 +144,12 @@ struct Frame final : Workload {
     const Samples drawn = stratified_samples(tile_near, tile_far, static_cast<int>(samples), Spacing::linear,
                                              {none, none, 0}, false);
     const Value features = person.features(graph_, planes, points_on_rays(origins, directions, drawn.depths));
-    std::vector<std::int32_t> all(tile * samples);
-    std::iota(all.begin(), all.end(), 0);
     const Value density = person.density(graph_, features);
     return {.depths = drawn.depths,
             .deltas = drawn.deltas,
             .density = graph_.reshape(density, drawn.depths.shape()),
             .row_density = density,
-            .units = {features, person.hidden_weight(graph_), person.direction_term(graph_, {directions})},
-            .ids = graph_.constant({tile * samples}, std::span<const std::int32_t>(all))};
+            .units = person.units_of_rays(graph_, features, {directions})};
   }
 
   void run() override {

@@ -127,6 +127,28 @@ struct VolumeRendering final : Workload {
   }
 };
 
+/// y = a + b / 2, what memory can do at most: the measure of ops that only move data.
+struct TriadOp final : Op {
+  std::string_view name() const override { return "triad"; }
+  TensorTypes infer(const TensorTypes& in) const override { return {in[0]}; }
+  void launch(Launch& launch) const override {
+    constexpr std::int64_t block = 64;  // vectors of a work-item
+    const std::int64_t items = launch.out().elements() / (block * launch.vector_width());
+    launch.kernel("limits.cl", "triad", {{"BLOCK", block}})
+        .args(launch.in(0), launch.in(1), launch.out(), 0.5)
+        .run({static_cast<std::size_t>(items), 1, 1}, {launch.gpu() ? std::size_t{64} : 1, 1, 1});
+  }
+};
+
+/// `bytes`: read and written together.
+struct Triad final : Workload {
+  Triad(Device& device, const Sizes& sizes) : Workload(device) {
+    const std::int64_t whole = 1 << 16;  // numbers: whole groups of every device
+    const std::int64_t numbers = (sizes.at("bytes").get<std::int64_t>() / 12 + whole - 1) / whole * whole;
+    prepare({{"y", graph_.record_one(TriadOp(), {input("a", {numbers}), input("b", {numbers})})}});
+  }
+};
+
 }  // namespace
 
 WorkloadTable op_workloads() {
@@ -134,7 +156,8 @@ WorkloadTable op_workloads() {
           {"product", make<Product>},
           {"perceptron", make<Perceptron>},
           {"triplane", make<Triplane>},
-          {"volume rendering", make<VolumeRendering>}};
+          {"volume rendering", make<VolumeRendering>},
+          {"triad", make<Triad>}};
 }
 
 }  // namespace vivant::bench

@@ -38,10 +38,9 @@ PatchRays::PatchRays(Device& device, Graph& graph, const Config& config, const C
                              .samples_per_ray = HumanRenderer::samples_per_ray};
     const HumanFieldSamples samples = person_->sample(graph, human_planes_->value(graph), rays, trace, 0,
                                                       options.view_direction, Output::hidden);
-    hidden_ = composite_output(
-        graph, scene, *human,
-        composite(graph, scene, behind, samples, options.intervals, options.weight_threshold),
-        Output::hidden);
+    hidden_ = composite_output(graph, scene, *human,
+                               composite(graph, behind, samples, options.intervals, options.weight_threshold),
+                               Output::hidden);
   } else {
     const RenderedRays seen = scene.render(graph, behind, options.weight_threshold);
     hidden_ = scene.field().output(graph, Output::hidden, seen.hidden, seen.alpha);

@@ -14,7 +14,7 @@ Intervals intervals_from(const std::string& name) {
   throw UsageError(fmt::format("unknown intervals '{}': use own or merged", name));
 }
 
-CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSamples& scene_samples,
+CompositeRays composite(Graph& graph, const FieldSamples& scene_samples,
                         const HumanFieldSamples& human_samples, Intervals intervals, double threshold) {
   const Graph::Scope scope(graph, "composite");
   const Value order = merge_order(scene_samples.depths, human_samples.depths);
@@ -24,8 +24,8 @@ CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSample
   const RenderWeights weights =
       render_weights(merge_by(order, scene_samples.density, human_samples.density), deltas, depths);
   const Split split = split_by(order, weights.weight, scene_samples.depths.shape()[1]);
-  return {.scene_hidden = scene.rendered_hidden(graph, scene_samples, split.a, threshold),
-          .human_hidden = rendered_units(human_samples, split.b, threshold),
+  return {.scene_hidden = rendered_units(scene_samples.units, split.a, threshold),
+          .human_hidden = rendered_units(human_samples.units, split.b, threshold),
           .scene_alpha = sum_channels(split.a),
           .human_alpha = sum_channels(split.b),
           .scene_depth = peak_depth(split.a, scene_samples.depths),

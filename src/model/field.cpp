@@ -1,11 +1,14 @@
 #include "vivant/model/field.hpp"
 
+#include <algorithm>
+
 #include "vivant/graph/executor.hpp"
 #include "vivant/ops/concat.hpp"
 #include "vivant/ops/elementwise.hpp"
 #include "vivant/ops/positional_encoding.hpp"
 #include "vivant/ops/triplane_encoding.hpp"
 #include "vivant/ops/upsample.hpp"
+#include "vivant/ops/weighted_units.hpp"
 
 namespace vivant {
 namespace {
@@ -159,13 +162,14 @@ Field::FacingInputs Field::facing_inputs(Graph& graph, const Facing& facing, Out
   return {inputs.size() > 1 ? concat(inputs) : inputs[0], weight};
 }
 
-Value Field::direction_term(Graph& graph, const Facing& facing, Output output) const {
-  const Value bias = hidden_layer(output).bias(graph);
+UnitInputs Field::units_of_rays(Graph& graph, Value features, const Facing& facing, Output output) const {
+  const LinearLayer& layer = hidden_layer(output);
+  const Value weight = layer.weight(graph), bias = layer.bias(graph);
   const FacingInputs inputs = facing_inputs(graph, facing, output);
-  return inputs.x ? linear(inputs.x, inputs.weight, bias) : bias;
+  return {features, weight, inputs.x ? linear(inputs.x, inputs.weight, bias) : bias};
 }
 
-UnitInputs Field::unit_inputs(Graph& graph, Value features, const Facing& facing, Output output) const {
+UnitInputs Field::units_of_samples(Graph& graph, Value features, const Facing& facing, Output output) const {
   const LinearLayer& layer = hidden_layer(output);
   const Value weight = layer.weight(graph), bias = layer.bias(graph);
   const FacingInputs inputs = facing_inputs(graph, facing, output);
@@ -180,13 +184,11 @@ Value hidden_units(const UnitInputs& inputs) {
   return linear(inputs.x, inputs.w, inputs.term, Activation::relu);
 }
 
-Value Field::hidden(Graph& graph, Value features, Value direction_term, Output output) const {
-  const LinearLayer& layer = hidden_layer(output);
-  return linear(features, layer.weight(graph), direction_term ? direction_term : layer.bias(graph),
-                Activation::relu);
+Value rendered_units(const UnitInputs& inputs, Value weight, double threshold) {
+  constexpr double any_weight = 1e-30;  // that of places without a sample is 0
+  return weighted_units(weight, inputs.x, inputs.w, inputs.term,
+                        inputs.rows ? std::max(threshold, any_weight) : threshold, inputs.rows);
 }
-
-Value Field::hidden_weight(Graph& graph, Output output) const { return hidden_layer(output).weight(graph); }
 
 Value Field::project(Graph& graph, const LinearLayer& layer, Value hidden, Value alpha) const {
   const Value bias = graph.reshape(layer.bias(graph), {1, layer.bias(graph).elements()});

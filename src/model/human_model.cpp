@@ -5,7 +5,6 @@
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/positional_encoding.hpp"
 #include "vivant/ops/rays.hpp"
-#include "vivant/ops/weighted_units.hpp"
 
 namespace vivant {
 namespace {
@@ -131,14 +130,13 @@ Value HumanModel::density(Graph& graph, Value features, Value signed_distance) c
 }
 
 Value HumanModel::hidden(Graph& graph, Value features, const Facing& facing, Output output) const {
-  return hidden_units(field_.unit_inputs(graph, features, facing, output));
+  return hidden_units(field_.units_of_samples(graph, features, facing, output));
 }
 
 HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSamples& samples,
                                     const FrameCodes& codes, Value fade, Value keep, Output output) const {
   const Graph::Scope scope(graph, "human");
-  HumanFieldSamples result{
-      .depths = samples.depths, .deltas = samples.deltas, .ids = samples.ids, .rows = samples.rows};
+  HumanFieldSamples result{.depths = samples.depths, .deltas = samples.deltas, .ids = samples.ids};
   result.correction = correction(graph, samples, codes, fade);
   const Value points = result.correction ? add(samples.points, result.correction) : samples.points;
   const Value field_features = features(graph, planes, points);
@@ -147,15 +145,9 @@ HumanFieldSamples HumanModel::query(Graph& graph, Value planes, const HumanSampl
       scatter_rows(result.row_density, samples.ids, samples.depths.elements(), IdOrder::ascending),
       samples.depths.shape());
   const Facing facing{.directions = samples.directions, .keep = keep, .normals = samples.normals};
-  result.units = field_.unit_inputs(graph, field_features, facing, output);
+  result.units = field_.units_of_samples(graph, field_features, facing, output);
+  result.units.rows = samples.rows;
   return result;
-}
-
-Value rendered_units(const HumanFieldSamples& samples, Value weight, double threshold) {
-  constexpr double any_weight = 1e-30;  // that of places without a sample is 0
-  const UnitInputs& units = samples.units;
-  return weighted_units(weight, units.x, units.w, units.term,
-                        samples.rows ? std::max(threshold, any_weight) : threshold, samples.rows);
 }
 
 HumanModel::CodeRow HumanModel::mixed_codes(const std::vector<std::pair<int, double>>& rows) const {

@@ -128,7 +128,7 @@ void HumanRenderer::build(int width, int height) {
     const SceneModel& scene = *options_.scene;
     const FieldSamples behind = scene_->sample(graph, rays, options_.output);
     const CompositeRays both =
-        composite(graph, scene, behind, samples, options_.intervals, options_.weight_threshold);
+        composite(graph, behind, samples, options_.intervals, options_.weight_threshold);
     output_ = composite_output(graph, scene, model_, both, options_.output);
     alpha_ = both.human_alpha;
     opacity_ = add(both.scene_alpha, both.human_alpha);
@@ -138,8 +138,9 @@ void HumanRenderer::build(int width, int height) {
     const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
     opacity_ = alpha_ = sum_channels(weights.weight);
     depth_ = peak_depth(weights.weight, samples.depths);
-    output_ = model_.field().output(
-        graph, options_.output, rendered_units(samples, weights.weight, options_.weight_threshold), alpha_);
+    output_ = model_.field().output(graph, options_.output,
+                                    rendered_units(samples.units, weights.weight, options_.weight_threshold),
+                                    alpha_);
   }
   Values outputs = {output_, alpha_, opacity_, depth_, person_->overflow()};
   if (options_.scene) outputs.push_back(scene_depth_);

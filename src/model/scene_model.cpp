@@ -5,7 +5,6 @@
 #include "vivant/ops/peak_depth.hpp"
 #include "vivant/ops/reduction.hpp"
 #include "vivant/ops/volume_render.hpp"
-#include "vivant/ops/weighted_units.hpp"
 
 namespace vivant {
 
@@ -93,18 +92,9 @@ SceneModel::Placed SceneModel::place_by_weight(Graph& graph, Value planes, const
   return placed;
 }
 
-FieldSamples SceneModel::unqueried(const Placed& placed, Output output) {
-  FieldSamples samples;
-  samples.depths = placed.samples.depths;
-  samples.deltas = placed.samples.deltas;
-  samples.range = placed.range;
-  samples.output = output;
-  return samples;
-}
-
-Value SceneModel::direction_term(Graph& graph, const Rays& rays, Output output) const {
+UnitInputs SceneModel::units(Graph& graph, Value features, const Rays& rays, Output output) const {
   // Cameras are corrected by where things are seen, not by their gloss.
-  return field_.direction_term(graph, {graph.detach(rays.directions)}, output);
+  return field_.units_of_rays(graph, features, {graph.detach(rays.directions)}, output);
 }
 
 FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, const RandomKey* random,
@@ -112,45 +102,39 @@ FieldSamples SceneModel::sample(Graph& graph, Value planes, const Rays& rays, co
   const Graph::Scope scope(graph, "scene");
   const Placed placed = coarse_samples_ > 0 ? place_by_weight(graph, planes, rays, random)
                                             : place(graph, rays, samples_, random);
-  FieldSamples samples = unqueried(placed, output);
-  samples.features = field_.features(graph, planes, placed.points);
-  samples.density = graph.reshape(field_.density(graph, samples.features), samples.depths.shape());
-  samples.term = direction_term(graph, rays, output);
-  return samples;
+  const auto& [depths, deltas] = placed.samples;
+  const Value features = field_.features(graph, planes, placed.points);
+  return {.depths = depths,
+          .deltas = deltas,
+          .range = placed.range,
+          .density = graph.reshape(field_.density(graph, features), depths.shape()),
+          .units = units(graph, features, rays, output)};
 }
 
 FieldSamples SceneModel::sample_occupied(Graph& graph, Value planes, const Rays& rays,
                                          const OccupancyGrid& grid, double threshold, Output output) const {
   const Graph::Scope scope(graph, "scene");
   const Placed placed = place(graph, rays, samples_, nullptr);
-  FieldSamples samples = unqueried(placed, output);
-  const OccupiedSamples occupied = grid.occupied_samples(graph, placed.points, samples.deltas, threshold);
-  samples.rows = occupied.rows;
+  const auto& [depths, deltas] = placed.samples;
+  const OccupiedSamples occupied = grid.occupied_samples(graph, placed.points, deltas, threshold);
   const Value points =
       gather_rows(placed.points, graph.with_count(occupied.ids, occupied.count), IdOrder::ascending);
-  samples.features = field_.features(graph, planes, points);
-  const Value density = field_.density(graph, samples.features);
-  const Value rows = graph.reshape(occupied.rows, {samples.depths.elements()});
-  samples.density = graph.reshape(gather_rows(density, rows), samples.depths.shape());
-  samples.term = direction_term(graph, rays, output);
+  const Value features = field_.features(graph, planes, points);
+  const Value density = field_.density(graph, features);
+  const Value rows = graph.reshape(occupied.rows, {depths.elements()});
+  FieldSamples samples{.depths = depths,
+                       .deltas = deltas,
+                       .range = placed.range,
+                       .density = graph.reshape(gather_rows(density, rows), depths.shape()),
+                       .units = units(graph, features, rays, output)};
+  samples.units.rows = occupied.rows;
   return samples;
-}
-
-Value SceneModel::hidden(Graph& graph, const FieldSamples& samples) const {
-  if (samples.rows) fail("[scene] some of the samples were left out: they have no hidden units");
-  return field_.hidden(graph, samples.features, samples.term, samples.output);
-}
-
-Value SceneModel::rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight,
-                                  double threshold) const {
-  const Value w = field_.hidden_weight(graph, samples.output);
-  return weighted_units(weight, samples.features, w, samples.term, threshold, samples.rows);
 }
 
 RenderedRays SceneModel::render(Graph& graph, const FieldSamples& samples, double threshold) const {
   const Graph::Scope scope(graph, "scene");
   const RenderWeights weights = render_weights(samples.density, samples.deltas, samples.depths);
-  return {rendered_hidden(graph, samples, weights.weight, threshold), sum_channels(weights.weight),
+  return {rendered_units(samples.units, weights.weight, threshold), sum_channels(weights.weight),
           peak_depth(weights.weight, samples.depths), weights.weight};
 }
 

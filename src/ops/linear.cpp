@@ -61,20 +61,20 @@ struct Linear final : Op {
     constexpr std::int64_t in_cache = 1 << 16;  // numbers of x: 256 KiB
     const std::int64_t block =
         std::clamp<std::int64_t>(in_cache / x.channels() / tile.rows, 1, static_cast<std::int64_t>(rows));
-    launch
-        .kernel("linear.cl", "linear_forward",
-                {{"INNER", x.channels()},
-                 {"PANEL", panel},
-                 {"TILE_ROWS", tile.rows},
-                 {"TILE_VECTORS", tile.vectors},
-                 {"HAS_BIAS", bias_kind},
-                 {"ACTIVATION", static_cast<int>(activation)}})
-        .args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1,
-              launch.count_of(x), block)
-        .run(launch.gpu() ? std::array<std::size_t, 3>{columns, rows, 1}
-                          : std::array<std::size_t, 3>{static_cast<std::size_t>(block), columns,
-                                                       tiles(static_cast<std::int64_t>(rows), block)},
-             launch.gpu() ? std::array<std::size_t, 3>{4, 16, 1} : std::array<std::size_t, 3>{1, 1, 1});
+    Launch::Call call = launch.kernel("linear.cl", "linear_forward",
+                                      {{"INNER", x.channels()},
+                                       {"PANEL", panel},
+                                       {"TILE_ROWS", tile.rows},
+                                       {"TILE_VECTORS", tile.vectors},
+                                       {"HAS_BIAS", bias_kind},
+                                       {"ACTIVATION", static_cast<int>(activation)}});
+    call.args(x, packed, bias, y, x.rows(), y.channels(), bias ? x.rows() / bias.rows() : 1,
+              launch.count_of(x), block);
+    if (launch.gpu())
+      call.run({columns, rows, 1}, {4, 16, 1});
+    else
+      call.run({static_cast<std::size_t>(block), columns, tiles(static_cast<std::int64_t>(rows), block)},
+               {1, 1, 1});
   }
 
   Values gradient(const GradientRequest& request) const override {
@@ -134,9 +134,7 @@ struct OuterSum final : Op {
     const std::int64_t rows = x.rows(), m = x.channels(), n = y.channels(), panel = b.channels();
     const Tile tile = choose_tile(launch, TiledKernel::outer_sum, panel);
     const auto pack = [&](const Tensor& from, const Tensor& to, std::int64_t width) {
-      launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", 0}})
-          .args(from, to, 1, rows, from.channels(), width, rows, launch.count_of(x))
-          .run({static_cast<std::size_t>(rows), tiles(from.channels(), width), 1}, {16, 1, 1});
+      pack_fp32(launch, from, to, false, 1, rows, from.channels(), {width, rows, rows}, launch.count_of(x));
     };
     pack(x, a, tile.rows);
     pack(y, b, panel);

@@ -32,9 +32,8 @@ struct PackWeights final : Op {
         factors == Factors::by_mode &&
         (panel > 0 ? launch.matrix_tiles() && e.k >= least_bf16_channels : suits_bf16(launch, e.k));
     if (on_units) return pack_bf16(launch, w, packed, transposed, e.taps, e.k, e.n, launch.count_of(w));
-    launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}})
-        .args(w, packed, e.taps, e.k, e.n, packed.channels(), packed[1], launch.count_of(w))
-        .run({static_cast<std::size_t>(packed[1]), static_cast<std::size_t>(packed[0]), 1}, {16, 1, 1});
+    pack_fp32(launch, w, packed, transposed, e.taps, e.k, e.n, {packed.channels(), packed[1], packed[1]},
+              launch.count_of(w));
   }
   const bool transposed;
   const std::int64_t panel;
@@ -60,6 +59,17 @@ std::string memo_name(bool transposed, std::int64_t panel, Factors factors) {
 }
 
 }  // namespace
+
+void pack_fp32(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,
+               std::int64_t k, std::int64_t n, const Panels& panels, const Tensor& count) {
+  Launch::Call call = launch.kernel("pack_weights.cl", "pack_weights", {{"TRANSPOSED", transposed ? 1 : 0}});
+  call.args(w, packed, taps, k, n, panels.width, panels.rows, count);
+  const std::size_t rows = static_cast<std::size_t>(panels.written), number = tiles(n, panels.width);
+  if (transposed)
+    call.run({rows, number, 1}, {16, 1, 1});
+  else
+    call.run({number, rows, 1}, {1, 16, 1});
+}
 
 void pack_bf16(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,
                std::int64_t k, std::int64_t n, const Tensor& count) {

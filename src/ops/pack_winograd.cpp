@@ -26,15 +26,12 @@ struct PackWinograd final : Op {
     const Tensor &w = launch.in(0), &packed = launch.out();
     const std::int64_t k = w[transposed ? 3 : 2], n = w[transposed ? 2 : 3];
     const auto panels = static_cast<std::size_t>(packed[0]);
-    const Defines defines = {{"TRANSPOSED", transposed ? 1 : 0}};
     if (launch.matrix_tiles())
       pack_bf16(launch, w, packed, transposed, 9, k, n, {});
     else if (launch.gpu())
-      launch.kernel("pack_weights.cl", "pack_weights", defines)
-          .args(w, packed, 9, k, n, packed.channels(), packed[1], Tensor{})
-          .run({static_cast<std::size_t>(9 * k), panels, 1}, {16, 1, 1});
+      pack_fp32(launch, w, packed, transposed, 9, k, n, {packed.channels(), packed[1], 9 * k}, {});
     else
-      launch.kernel("pack_winograd.cl", "pack_winograd", defines)
+      launch.kernel("pack_winograd.cl", "pack_winograd", {{"TRANSPOSED", transposed ? 1 : 0}})
           .args(w, packed, k, n, packed.channels())
           .run({static_cast<std::size_t>(k), panels, 1}, {1, 1, 1});
   }

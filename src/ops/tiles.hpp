@@ -49,6 +49,15 @@ inline std::size_t tiles(std::int64_t extent, std::int64_t tile) {
   return static_cast<std::size_t>((extent + tile - 1) / tile);
 }
 
+/// Panels of packed weights: columns and rows of one, and how many of its rows are written.
+struct Panels {
+  std::int64_t width, rows, written;
+};
+/// Packs w [taps, K, N], or with `transposed` what pack_weights makes of it. `count`: live rows of w, or
+/// null.
+void pack_fp32(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,
+               std::int64_t k, std::int64_t n, const Panels& panels, const Tensor& count);
+
 /// Packs w [taps, K, N], or with `transposed` what pack_weights makes of it, as pairs for matrix units; K >=
 /// least_bf16_channels. `count`: live rows of w, or null.
 void pack_bf16(Launch& launch, const Tensor& w, const Tensor& packed, bool transposed, std::int64_t taps,

@@ -7,8 +7,10 @@ namespace {
 
 constexpr std::int64_t rows_per_item = 64;  // on CPUs
 
-Launch::Call kernel(Launch& launch, const std::string& function, const Lanes& lanes, const Tensor& ids) {
-  return launch.kernel("weighted_sum.cl", function, lanes.defines({{"HAS_IDS", ids ? 1 : 0}}));
+Launch::Call kernel(Launch& launch, const std::string& function, const Lanes& lanes, const Tensor& ids,
+                    bool past_caches = false) {
+  return launch.kernel("weighted_sum.cl", function,
+                       lanes.defines({{"HAS_IDS", ids ? 1 : 0}, {"PAST_CACHES", past_caches ? 1 : 0}}));
 }
 
 /// Inputs: weight (for its shape), feature, ids or absent, gradient of the sum.
@@ -40,7 +42,9 @@ struct FeatureGradient final : Op {
     const Tensor &weight = launch.in(0), &feature = launch.in(1), &ids = launch.in(2);
     const Lanes lanes(launch, feature.channels());
     const std::int64_t block = launch.gpu() ? 1 : rows_per_item;
-    kernel(launch, "weighted_sum_feature_gradient", lanes, ids)
+    constexpr std::int64_t in_caches = 1 << 24;  // numbers: 64 MiB
+    kernel(launch, "weighted_sum_feature_gradient", lanes, ids,
+           !launch.gpu() && feature.elements() > in_caches)
         .args(weight, ids, launch.in(3), launch.out(), weight[1], feature.rows(), block,
               launch.count_of(feature))
         .run(lanes.items(feature.rows(), block), lanes.group());

@@ -23,7 +23,7 @@ struct CompositeRays {
 
 /// Merges the samples of both fields by depth (at equal depths the scene comes first) and renders them with
 /// one equation. Samples that weigh less than `threshold` have no hidden units.
-CompositeRays composite(Graph& graph, const SceneModel& scene, const FieldSamples& scene_samples,
+CompositeRays composite(Graph& graph, const FieldSamples& scene_samples,
                         const HumanFieldSamples& human_samples, Intervals intervals, double threshold = 0);
 
 /// The rays' colours [R, 3], features [R, 256] or hidden units [R, 258], those of the scene first.

@@ -65,12 +65,17 @@ struct Facing {
 
 /// What the hidden units of N samples are made of: relu(x w + term).
 struct UnitInputs {
-  Value x;     ///< [N, K]
-  Value w;     ///< [K, 128]
-  Value term;  ///< [128], or [R, 128] where row r serves the N / R samples of ray r
+  Value x;          ///< [N, K]
+  Value w;          ///< [K, 128]
+  Value term;       ///< [128], or [R, 128] where row r serves the samples of ray r
+  Value rows = {};  ///< i32 [R, S] the row of a sample, -1 where there is none; absent: N = R S, as they lie
 };
-/// The units themselves, [N, 128].
+/// The units themselves, [N, 128]; a term of rays needs N = R S.
 Value hidden_units(const UnitInputs& inputs);
+/// The units times `weight` [R, S], summed over each ray: [R, 128]. Samples that weigh less than `threshold`
+/// are left out, with 0 none: with 1e-4 and 128 samples at most 0.0128 of a hidden unit's largest value is
+/// lost. With `rows` and a term for all, the layer alone has gradients: asking for those of samples fails.
+Value rendered_units(const UnitInputs& inputs, Value weight, double threshold);
 
 /// A radiance field on geometry-guided tri-planes: points in [-1, 1]^3 to density and
 /// to 128 hidden units, which are rendered before the last linear layer is applied (render, then project:
@@ -101,18 +106,14 @@ class Field {
   Value density(Graph& graph, Value features) const {
     return activate(density_logit(graph, features), options_.density_activation);
   }
-  /// The term of the hidden layer that depends on the direction: [R, 128], the bias alone [128] when nothing
-  /// is given. For all samples of a ray.
+  /// The hidden layer where all samples of a ray share its facing, which then is a term of the R rays.
   /// `output`, here and below: what the hidden units are for, which says whose layer is used.
-  Value direction_term(Graph& graph, const Facing& facing, Output output = Output::colour) const;
-  /// relu(features W + term): [N, 128]; row g of the term [G, 128] serves N / G neighbouring rows. Absent:
-  /// the bias alone.
-  Value hidden(Graph& graph, Value features, Value direction_term, Output output = Output::colour) const;
-  Value hidden_weight(Graph& graph, Output output = Output::colour) const;
+  UnitInputs units_of_rays(Graph& graph, Value features, const Facing& facing,
+                           Output output = Output::colour) const;
   /// The same layer where every sample has a facing of its own: x holds its features, encoded direction and
   /// normal side by side, as far as there are any.
-  UnitInputs unit_inputs(Graph& graph, Value features, const Facing& facing,
-                         Output output = Output::colour) const;
+  UnitInputs units_of_samples(Graph& graph, Value features, const Facing& facing,
+                              Output output = Output::colour) const;
   /// Rendered hidden units [R, 128] and alpha [R, 1] -> colours [R, 3] or features [R, 256].
   Value colour(Graph& graph, Value hidden, Value alpha) const;
   Value feature(Graph& graph, Value hidden, Value alpha) const;

@@ -37,14 +37,9 @@ struct HumanFieldSamples {
   Value density = {};      ///< [R, S], 0 where there is no sample
   Value row_density = {};  ///< [N, 1]
   UnitInputs units = {};   ///< of the output that was asked for
-  Value ids;               ///< i32 [N] place of a row among the R S samples
-  Value rows = {};  ///< i32 [R, S] the row of a sample, -1 where there is none; absent: N = R S, as they lie
-  Value correction = {};  ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
+  Value ids = {};          ///< i32 [N] place of a row among the R S samples; absent: as they lie
+  Value correction = {};   ///< [N, 3] what was added to the canonical points, metres; absent when nothing is
 };
-
-/// The samples' hidden units times `weight` [R, S], summed over each ray: [R, 128]. Samples that weigh less
-/// than `threshold` have none. With `rows`, the layer alone has gradients: asking for those of samples fails.
-Value rendered_units(const HumanFieldSamples& samples, Value weight, double threshold);
 
 /// The person: a radiance field in the canonical pose, corrected there by E and by bone corrections.
 ///

@@ -7,13 +7,10 @@ namespace vivant {
 
 /// The samples of a batch of rays in one field, before rendering.
 struct FieldSamples {
-  Value depths, deltas;            ///< [R, S] along the unit directions, in the capture's unit
-  Interval range;                  ///< where they were drawn
-  Value density;                   ///< [R, S]
-  Value features;                  ///< [R S, C] of the planes, or [K, C] of the samples that have a row
-  Value rows;                      ///< i32 [R, S], where some were left out: see occupied_samples
-  Value term;                      ///< [R, 128], the view direction's part of the hidden layer
-  Output output = Output::colour;  ///< what the hidden units will be for
+  Value depths, deltas;  ///< [R, S] along the unit directions, in the capture's unit
+  Interval range;        ///< where they were drawn
+  Value density;         ///< [R, S]
+  UnitInputs units;      ///< of the output that was asked for; its rows: see occupied_samples
 };
 
 /// What rays see: hidden units and alpha give colours and features by Field::colour and Field::feature.
@@ -46,13 +43,7 @@ class SceneModel {
   /// For rendering: samples at the midpoints, those alone that may weigh more than `threshold`.
   FieldSamples sample_occupied(Graph& graph, Value planes, const Rays& rays, const OccupancyGrid& grid,
                                double threshold, Output output) const;
-  /// The hidden units of the samples, [R S, 128].
-  Value hidden(Graph& graph, const FieldSamples& samples) const;
-  /// The rays' hidden units [R, 128] for given weights [R, S]. Samples that weigh less than `threshold` are
-  /// left out, with 0 none: with 1e-4 and 128 samples at most 0.0128 of a hidden unit's largest value is
-  /// lost.
-  Value rendered_hidden(Graph& graph, const FieldSamples& samples, Value weight, double threshold) const;
-  /// Samples rendered on their own. The alpha is the sum of the weights.
+  /// Samples rendered on their own. The alpha is the sum of the weights; `threshold`: see rendered_units.
   RenderedRays render(Graph& graph, const FieldSamples& samples, double threshold = 0) const;
 
  private:
@@ -64,9 +55,8 @@ class SceneModel {
   Placed place(Graph& graph, const Rays& rays, int samples, const RandomKey* random) const;
   /// Where the weight of coarse samples is. No gradient comes back this way.
   Placed place_by_weight(Graph& graph, Value planes, const Rays& rays, const RandomKey* random) const;
-  Value direction_term(Graph& graph, const Rays& rays, Output output) const;
+  UnitInputs units(Graph& graph, Value features, const Rays& rays, Output output) const;
   void finish(Graph& graph, const Rays& rays, Placed& placed) const;
-  static FieldSamples unqueried(const Placed& placed, Output output);
 
   Field field_;
   SceneSpace space_;
