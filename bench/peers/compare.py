@@ -5,20 +5,17 @@ import json
 import math
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from peers import TORCH
 from program import OURS, ROOT, THREADS, Program, measure, spread
 from protocol import read_tensors
-from work import DEBIAN_TORCH, ONEDNN, TORCH, workloads
+from work import workloads
 
-HERE = Path(__file__).parent
-IN_BF16 = (TORCH, DEBIAN_TORCH, "torch (rewritten)", ONEDNN)
 PEER_MODE = {"fp32": "fp32", "bf16x3": "fp32", "bf16": "bf16"}  # bf16x3 has the accuracy of fp32
 SAME_WORK = {"fp32": 5e-3, "bf16": 0.1}  # largest error of a peer that computes the same
 
@@ -29,26 +26,6 @@ def results_of(program, folder):
     tensors = read_tensors(path)
     path.unlink()
     return tensors
-
-
-def command_of(peer):
-    library, _, form = peer.partition(" ")
-    if peer == DEBIAN_TORCH:
-        return ["/usr/bin/python3", str(HERE / "peer_torch.py")]
-    arguments = [form.strip("()")] if form else []
-    if library in ("torch", "jax"):
-        return [sys.executable, str(HERE / f"peer_{library}.py"), *arguments]
-    return [str(ROOT / "build/bench" / f"peer_{library.lower()}"), *arguments]
-
-
-def label_of(peer):
-    """With the version of a framework."""
-    if peer == DEBIAN_TORCH:
-        package = ["dpkg-query", "-W", "-f=${Version}", "python3-torch"]
-        number = subprocess.run(package, check=True, capture_output=True, text=True).stdout
-        return f"torch {number.partition('+')[0]} (Debian)"
-    library, space, form = peer.partition(" ")
-    return f"{library} {version(library)}{space}{form}" if library in ("torch", "jax") else peer
 
 
 def error_of(found, truth):
@@ -63,7 +40,7 @@ def error_of(found, truth):
 
 def reference(request, folder):
     """What torch computes in fp64."""
-    program = Program(command_of("torch"))
+    program = Program(TORCH.command)
     program.load({**request, "mode": "fp64"})
     program.run(1)
     truth = results_of(program, folder)
@@ -89,17 +66,17 @@ def load_ours(program, work, request, folder):
 
 def load_peer(peer, work, request, truth, folder):
     """A peer that has the work loaded, and its error; None when it cannot do this work."""
-    program = Program(command_of(peer))
+    program = Program(peer.command)
     try:
         program.load(request)
         program.run(1)
         error = error_of(results_of(program, folder), truth)
     except RuntimeError as reason:
-        print(f"{peer} left out of {work.name}: {reason}", file=sys.stderr)
+        print(f"{peer.label} left out of {work.name}: {reason}", file=sys.stderr)
         program.close()
         return None
     if error > SAME_WORK[request["mode"]]:
-        print(f"{peer} computes something else in {work.name}: error {error:.1e}", file=sys.stderr)
+        print(f"{peer.label} computes something else in {work.name}: error {error:.1e}", file=sys.stderr)
     return program, error
 
 
@@ -110,11 +87,11 @@ def compare(work, mode, ours, folder, rounds):
     programs, errors = {"ours": ours}, {}
     errors["ours"], truth = load_ours(ours, work, request, folder)
     for peer in work.peers:
-        if PEER_MODE[mode] == "bf16" and peer not in IN_BF16:
+        if PEER_MODE[mode] == "bf16" and not peer.in_bf16:
             continue
         loaded = load_peer(peer, work, {**request, "mode": PEER_MODE[mode]}, truth, folder)
         if loaded:
-            programs[peer], errors[peer] = loaded
+            programs[peer.label], errors[peer.label] = loaded
     del truth
     for name, sizes in work.ours.items():
         programs[name] = Program(OURS)
@@ -128,7 +105,7 @@ def compare(work, mode, ours, folder, rounds):
             program.close()
     return [
         {
-            "workload": work.name, "mode": mode, "ours_s": ours_s, "peer": label_of(name),
+            "workload": work.name, "mode": mode, "ours_s": ours_s, "peer": name,
             "peer_s": statistics.median(times[name]), "error": errors["ours"], "ours_spread": spread(times["ours"]),
             "peer_spread": spread(times[name]), "peer_error": errors[name], "launches": launches,
             "launch_share": launch_share,

@@ -5,8 +5,7 @@ import jax.numpy as jnp
 from jax import lax
 from jax.nn import relu
 
-from protocol import POOLED_BEFORE
-from work import FAR, NEAR
+from protocol import FAR, NEAR, POOLED_BEFORE
 
 
 def conv(x, w):

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+NEAR, FAR = 1.2, 3.2  # depths between which rays are sampled
 POOLED_BEFORE = {"2_1", "3_1", "4_1", "5_1"}  # layers of VGG-19
 TYPES = {"F32": np.float32, "F64": np.float64, "I32": np.int32, "U8": np.uint8}
 

@@ -3,8 +3,7 @@
 import torch
 import torch.nn.functional as F
 
-from protocol import POOLED_BEFORE, vgg_input, vgg_weights
-from work import FAR, NEAR
+from protocol import FAR, NEAR, POOLED_BEFORE, vgg_input, vgg_weights
 
 RATE, BETAS, EPSILON = 1e-4, (0.9, 0.99), 1e-8
 

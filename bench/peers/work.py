@@ -1,9 +1,6 @@
 """The workloads of scripts/compare-peers with their sizes, and who takes part in them."""
 
-TORCH, DEBIAN_TORCH, JAX, ONEDNN, OPENBLAS = "torch", "torch (Debian)", "jax", "oneDNN", "OpenBLAS"
-FRAMEWORKS = [TORCH, DEBIAN_TORCH, JAX]
-NEAR, FAR = 1.2, 3.2  # depths between which rays are sampled
-REWRITTEN = [f"{peer} (rewritten)" for peer in (TORCH, JAX)]
+from peers import FRAMEWORKS, ONEDNN, OPENBLAS, REWRITTEN, WINOGRAD
 
 
 class Work:
@@ -20,7 +17,7 @@ def convolutions():
     for channels_in, channels_out, height, width in [(64, 64, 128, 128), (32, 32, 256, 256), (256, 128, 270, 480)]:
         for part in ("forward", "data gradient", "weight gradient"):
             name = f"conv {channels_in}->{channels_out} at {height}x{width}, {part}"
-            peers = [ONEDNN, "oneDNN (Winograd)", *FRAMEWORKS]
+            peers = [ONEDNN, WINOGRAD, *FRAMEWORKS]
             yield Work("conv", name, "convolution", peers, quick=height < 270, part=part, height=height, width=width,
                        **{"in": channels_in, "out": channels_out})
 
