@@ -11,7 +11,7 @@
 
 KERNEL void pack_weights(IN REAL* restrict w, GLOBAL REAL* restrict packed, int taps, int k_extent, int n_extent,
                          int panel, int panel_rows, IN int* count) {
-  // Neighbours read neighbours: pieces of one row of W for its panels, one column after the other of the transposed W.
+  // Axis 0 is panels, so that a row of W is read in one go; transposed it is rows, which then are neighbours in W.
   const int row = get_global_id(!TRANSPOSED), inner = taps * k_extent, first = get_global_id(TRANSPOSED) * panel;
   if (row >= panel_rows || first >= n_extent) return;
   const int tap = row / k_extent, k = row % k_extent, exists = row < inner;

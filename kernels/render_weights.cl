@@ -4,16 +4,16 @@
 //
 // The gradient walks back to front and never divides by what a sample lets pass:
 //   d w_j / d x_i = T_{i+1} for j = i, -w_j for j > i, and T_{i+1} = T_end + w_{i+1} + ... + w_{S-1}
-#include "lane_sums.clh"
+#include "running_sums.clh"
 
 // `n` elements; the lanes behind them are 0.
-inline REALV load_some(IN REAL* p, int n) {
+INLINE REALV load_some(IN REAL* p, int n) {
   if (n >= VW) return VLOAD(0, p);
   REAL lanes[VW];
   for (int k = 0; k < VW; ++k) lanes[k] = k < n ? p[k] : 0;
   return VLOAD(0, lanes);
 }
-inline void store_some(REALV x, GLOBAL REAL* p, int n) {
+INLINE void store_some(REALV x, GLOBAL REAL* p, int n) {
   if (n >= VW) {
     VSTORE(x, 0, p);
     return;
@@ -65,10 +65,10 @@ KERNEL void render_weights_gradient(IN REAL* restrict density, IN REAL* restrict
     REALV g = (REALV)(0);
     if (grad_weight) g = load_some(grad_weight + i, n);
     if (grad_depth) g += by_depth * load_some(depths + i, n);
-    const REALV w = load_some(weight + i, n), weights = sums_from(w), losses = sums_from(w * g);
-    const REALV passing = transmittance + DOWN(1, weights), hidden = behind + DOWN(1, losses);
-    store_some(load_some(delta + i, n) * (g * passing - hidden + by_alpha), grad_density + i, n);
+    const REALV w = load_some(weight + i, n), weights = sums_from(w), shares = sums_from(w * g);
+    const REALV passing = transmittance + DOWN(1, weights), taken_behind = behind + DOWN(1, shares);
+    store_some(load_some(delta + i, n) * (g * passing - taken_behind + by_alpha), grad_density + i, n);
     transmittance += weights.s0;
-    behind += losses.s0;
+    behind += shares.s0;
   }
 }

@@ -13,7 +13,8 @@
 #define SAMPLE(k) (k)
 #endif
 
-// Rows are asked for this many numbers ahead: a page of 4 KiB, at which the processor itself stops looking ahead.
+// Rows are asked for this many numbers ahead: in fp32 a page of 4 KiB, at which the processor itself stops looking
+// ahead.
 #define AHEAD 1024
 #if GPU_FORM
 #define ASK_FOR(p)
@@ -74,13 +75,17 @@ KERNEL void weighted_sum_weight_gradient(IN REAL* restrict feature, IN int* rest
   }
 }
 
-// grad_feature: weight * grad_out. PAST_CACHES: it is so large that lines would only be read to be replaced.
+// grad_feature: weight * grad_out. PAST_CACHES: it is so large that lines would only be read to be replaced; the end
+// of the kernel orders these stores.
 #ifndef PAST_CACHES
 #define PAST_CACHES 0
 #endif
-#if PAST_CACHES && __has_builtin(__builtin_nontemporal_store)
+#if PAST_CACHES && defined(__has_builtin)
+#if __has_builtin(__builtin_nontemporal_store)
 #define STORE_GRADIENT(value, p) __builtin_nontemporal_store(value, (GLOBAL LANE*)(p))
-#else
+#endif
+#endif
+#ifndef STORE_GRADIENT
 #define STORE_GRADIENT STORE
 #endif
 

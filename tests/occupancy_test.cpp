@@ -67,6 +67,7 @@ TEST_CASE("occupancy: empty space and what lies behind surfaces is not looked at
       BakedScene(test_device(), scene.model, threshold).sample(graph, rays, Output::colour);
   REQUIRE(some.units.rows);
   CHECK(!all.units.rows);
+  CHECK_THROWS_WITH(hidden_units(some.units), doctest::Contains("left out"));
   const RenderedRays plain = scene.model.render(graph, all, threshold),
                      quick = scene.model.render(graph, some, threshold);
   const Value plain_colour = field.colour(graph, plain.hidden, plain.alpha),

@@ -14,30 +14,34 @@ HERE = Path(__file__).parent
 @dataclass(frozen=True)
 class Peer:
     command: tuple
-    label: str  # in the table: the program, with the version of a framework, and its form
+    label: str  # in the table: the program, with the release of a framework, and its form
     in_bf16: bool = False
 
 
-def debian_version(package):
-    shown = subprocess.run(["dpkg-query", "-W", "-f=${Version}", package], check=True, capture_output=True, text=True)
+def debian_release(package):
+    """Empty where it is not installed."""
+    shown = subprocess.run(["dpkg-query", "-W", "-f=${Version}", package], check=False, capture_output=True, text=True)
     return shown.stdout.partition("+")[0]
 
 
-def framework(name, number, python=sys.executable, form="", in_bf16=False):
-    arguments = ["rewritten"] if form == "(rewritten)" else []
-    command = (python, str(HERE / f"peer_{name}.py"), *arguments)
-    return Peer(command, f"{name} {number} {form}".strip(), in_bf16)
+def labelled(*words, notes=()):
+    return " ".join([*words, *(f"({note})" for note in notes)])
+
+
+def framework(name, *arguments, in_bf16=False):
+    command = (sys.executable, str(HERE / f"peer_{name}.py"), *arguments)
+    return Peer(command, labelled(name, version(name), notes=arguments), in_bf16)
 
 
 def library(name, *arguments, in_bf16=False):
     command = (str(ROOT / "build/bench" / f"peer_{name.lower()}"), *arguments)
-    return Peer(command, " ".join([name, *(f"({argument})" for argument in arguments)]), in_bf16)
+    return Peer(command, labelled(name, notes=arguments), in_bf16)
 
 
-TORCH = framework("torch", version("torch"), in_bf16=True)
-DEBIAN_TORCH = framework("torch", debian_version("python3-torch"), "/usr/bin/python3", "(Debian)", in_bf16=True)
-JAX = framework("jax", version("jax"))
+TORCH = framework("torch", in_bf16=True)
+DEBIAN_TORCH = Peer(("/usr/bin/python3", str(HERE / "peer_torch.py")),
+                    labelled("torch", debian_release("python3-torch"), notes=["Debian"]), in_bf16=True)
+JAX = framework("jax")
 FRAMEWORKS = [TORCH, DEBIAN_TORCH, JAX]
-REWRITTEN = [framework("torch", version("torch"), form="(rewritten)", in_bf16=True),
-             framework("jax", version("jax"), form="(rewritten)")]
+REWRITTEN = [framework("torch", "rewritten", in_bf16=True), framework("jax", "rewritten")]
 ONEDNN, WINOGRAD, OPENBLAS = library("oneDNN", in_bf16=True), library("oneDNN", "Winograd"), library("OpenBLAS")

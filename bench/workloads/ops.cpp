@@ -127,7 +127,7 @@ struct VolumeRendering final : Workload {
   }
 };
 
-/// y = a + b / 2, what memory can do at most: the measure of ops that only move data.
+/// y = a + b / 2 with plain stores: the measure of ops that only move data.
 struct TriadOp final : Op {
   std::string_view name() const override { return "triad"; }
   TensorTypes infer(const TensorTypes& in) const override { return {in[0]}; }

@@ -181,6 +181,8 @@ UnitInputs Field::units_of_samples(Graph& graph, Value features, const Facing& f
 }
 
 Value hidden_units(const UnitInputs& inputs) {
+  if (inputs.rows && inputs.term.shape().rank() == 2)
+    fail("[field] some samples were left out: the rows of the others do not tell their ray");
   return linear(inputs.x, inputs.w, inputs.term, Activation::relu);
 }
 

@@ -1,7 +1,5 @@
 #include "vivant/model/human_model.hpp"
 
-#include <algorithm>
-
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/positional_encoding.hpp"
 #include "vivant/ops/rays.hpp"

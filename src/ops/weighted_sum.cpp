@@ -42,7 +42,7 @@ struct FeatureGradient final : Op {
     const Tensor &weight = launch.in(0), &feature = launch.in(1), &ids = launch.in(2);
     const Lanes lanes(launch, feature.channels());
     const std::int64_t block = launch.gpu() ? 1 : rows_per_item;
-    constexpr std::int64_t in_caches = 1 << 24;  // numbers: 64 MiB
+    constexpr std::int64_t in_caches = 1 << 24;  // numbers: 64 MiB in fp32
     kernel(launch, "weighted_sum_feature_gradient", lanes, ids,
            !launch.gpu() && feature.elements() > in_caches)
         .args(weight, ids, launch.in(3), launch.out(), weight[1], feature.rows(), block,

@@ -74,7 +74,7 @@ struct UnitInputs {
 Value hidden_units(const UnitInputs& inputs);
 /// The units times `weight` [R, S], summed over each ray: [R, 128]. Samples that weigh less than `threshold`
 /// are left out, with 0 none: with 1e-4 and 128 samples at most 0.0128 of a hidden unit's largest value is
-/// lost. With `rows` and a term for all, the layer alone has gradients: asking for those of samples fails.
+/// lost. With `rows`, w and term alone have gradients: asking for those of samples fails.
 Value rendered_units(const UnitInputs& inputs, Value weight, double threshold);
 
 /// A radiance field on geometry-guided tri-planes: points in [-1, 1]^3 to density and
