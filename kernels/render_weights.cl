@@ -34,8 +34,14 @@ KERNEL void render_weights(IN REAL* restrict density, IN REAL* restrict delta, I
   for (int s = 0; s < samples; s += VW) {
     const int n = min(VW, samples - s);
     const REALV x = load_some(density + row + s, n) * load_some(delta + row + s, n);
-    const REALV sums = sums_up_to(x), w = -exp(-(passed + UP(1, sums))) * expm1(-x);
-    passed += LAST(sums);
+    // One after the other, not by running sums: empty samples of another field in between then change no bit.
+    REAL single[VW], before[VW];
+    VSTORE(x, 0, single);
+    UNROLL for (int k = 0; k < VW; ++k) {
+      before[k] = passed;
+      passed += single[k];
+    }
+    const REALV w = -exp(-VLOAD(0, before)) * expm1(-x);
     depth_sum += w * load_some(depths + row + s, n);
     store_some(w, weight + row + s, n);
   }
