@@ -33,7 +33,8 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
                progress);
   const FilmOptions options{.views = "orbit", .orbit_angle = 3, .orbit_frames = 6, .size = std::pair(96, 72)};
   const Film film = plan_film(run, run, options);
-  const Look look = Look::whole({{asset_path("styles/cubist.jpg")}});
+  Look look = Look::whole({{asset_path("styles/cubist.jpg")}});
+  look.brushwork = 0;  // the mean alone
   for (const std::string layers : {"both", "human"}) {
     CAPTURE(layers);
     FilmFrames frames(device, run, run, film, layers, {look});
@@ -97,4 +98,57 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
     for (int c = 0; c < 3; ++c) CHECK(layered.rgb[3 * i + c] == frame.rgb[3 * i + c]);
   }
   CHECK(beside > 1000);
+}
+
+TEST_CASE("film frames: brushwork lies on what is painted, and nowhere else") {
+  const TemporaryFolder folder;
+  Device device;
+  Progress progress(ProgressMode::none, false);
+  const OpenRun run =
+      open_run(device,
+               make_tiny_run(device, folder.path(), true, 0,
+                             {"scene.steps=20", "human.steps=20", "features.steps=2", "features.views=2"}),
+               progress);
+  const Film film =
+      plan_film(run, run, {.views = "orbit", .orbit_angle = 3, .orbit_frames = 2, .size = std::pair(96, 72)});
+  Look plain = Look::whole({{asset_path("styles/impasto.jpg")}}), brushed = plain, grey = plain,
+       person = plain;
+  plain.brushwork = 0;
+  grey.keep_colour = true;
+  person.scene.clear();
+  Look grey_plain = grey, person_plain = person;
+  grey_plain.brushwork = person_plain.brushwork = 0;
+  FilmFrames frames(device, run, run, film, "both", {plain, brushed, grey_plain, grey, person_plain, person});
+  const auto picture = [&](std::size_t look) {
+    const LayerFrame frame = frames.stylised(1, look);
+    return cv::Mat(frame.rgb, true).reshape(3, frame.height);
+  };
+  const cv::Mat strokes = picture(1) - picture(0);
+  CHECK(cv::norm(strokes) / std::sqrt(static_cast<double>(3 * strokes.total())) > 0.005);
+  CHECK(frames.painted_alone(1, 1).rgb != frames.painted_alone(1, 0).rgb);
+  CHECK(frames.stylised(1, 1).rgb == frames.stylised(1, 1).rgb);
+
+  // With the reconstruction's colours strokes are light and shade alone, but for colours that would leave [0,
+  // 1].
+  const cv::Mat light = picture(3) - picture(2);
+  CHECK(cv::norm(light) > 0.1);
+  const auto grey_share = [](const cv::Mat& added) {
+    int grey_pixels = 0;
+    for (int i = 0; i < static_cast<int>(added.total()); ++i) {
+      const cv::Vec3f& stroke = added.ptr<cv::Vec3f>()[i];
+      grey_pixels += std::abs(stroke[0] - stroke[1]) < 1e-5 && std::abs(stroke[0] - stroke[2]) < 1e-5;
+    }
+    return grey_pixels / static_cast<double>(added.total());
+  };
+  CHECK(grey_share(light) > 0.5);
+  CHECK(grey_share(strokes) < 0.1);
+
+  const cv::Mat share = frames.surface(1).person, layered = picture(5) - picture(4);
+  int on_person = 0;
+  for (int i = 0; i < static_cast<int>(share.total()); ++i) {
+    const bool changed = cv::norm(layered.ptr<cv::Vec3f>()[i]) > 0;
+    if (share.ptr<float>()[i] == 0) CHECK(!changed);
+    on_person += changed;
+  }
+  CHECK(on_person > 20);
 }

@@ -25,7 +25,8 @@ void refuse_unused(const CLI::App& command, const Arguments& arguments) {
       if (command.count(name) > 0) throw UsageError(fmt::format("{} {}", name, without));
   };
   const bool stylised = arguments.film.look.stylised(), moved = !arguments.film.film.motion.empty();
-  if (!stylised) refuse({"--flow", "--strength", "--keep-colour"}, "is of a stylised film: give --style");
+  if (!stylised)
+    refuse({"--flow", "--strength", "--brushwork", "--keep-colour"}, "is of a stylised film: give --style");
   if (!moved) refuse({"--motion-names"}, "is of a motion: give --motion");
   if (stylised || moved || !arguments.pictures.truth.empty())
     refuse({"--fit-poses"}, "is of the run's own held-out frames: leave --style, --motion and --truth out");

@@ -62,6 +62,11 @@ void add_look(CLI::App& command, Look& look, StyleTexts& styles) {
   command.add_option("--strength", look.strength, "of the style: 0 is the reconstruction, 1 the whole style")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  command
+      .add_option("--brushwork", look.brushwork,
+                  "of the painting's strokes on the surfaces: 0 is none, 1 as strong as in the painting")
+      ->check(CLI::Range(0.0, 2.0))
+      ->capture_default_str();
   command.add_flag("--keep-colour", look.keep_colour,
                    "the painting's light and strokes in the colours of the reconstruction");
 }

@@ -64,6 +64,7 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
     settings["detail_match"] = FrameStylizer::Options{}.detail_match;
     settings["strength"] = film.look.strength;
     settings["keep_colour"] = film.look.keep_colour;
+    settings["brushwork"] = film.look.brushwork;
   }
   if (options.views == "orbit") settings["orbit_angle"] = options.orbit_angle;
   if (options.views == "orbit") settings["orbit_frames"] = options.orbit_frames;

@@ -23,7 +23,7 @@ struct JobText {
   std::vector<StyleMixture> style = {{}};
   std::optional<StyleMixture> person_style, scene_style;
   FilmOptions film;
-  double strength = 1;
+  double strength = 1, brushwork = 1;
   bool keep_colour = false;
 };
 
@@ -116,6 +116,8 @@ const std::map<std::string, JobKey>& job_keys() {
         }}},
       {"strength",
        {"a number from 0 to 1", [](JobText& job, Node node) { return read(job.strength, node, 0, 1); }}},
+      {"brushwork",
+       {"a number from 0 to 2", [](JobText& job, Node node) { return read(job.brushwork, node, 0, 2); }}},
       {"scene", {text, [](JobText& job, Node node) { return read(job.scene, node); }}},
       {"place",
        {"a text, such as \"0.5,0,-1,90\"",
@@ -173,7 +175,7 @@ std::string run_name(const std::string& run) {
 BatchFilm film_of(const JobText& text, const StyleMixture& style, const fs::path& folder,
                   const fs::path& base) {
   Look look{text.person_style.value_or(style), text.scene_style.value_or(style), text.strength,
-            text.keep_colour};
+            text.keep_colour, text.brushwork};
   const auto name_of = [](const StyleMixture& mixture) {
     std::string name = mixture.empty() ? "-none" : "";
     for (const StyleShare& share : mixture) name += "-" + stem(share.picture.string());

@@ -194,6 +194,8 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"human.corrections", "learned"},
                                     {"human.mask_softness", "0"},
                                     {"scene.weight_threshold", "0"},
+                                    {"scene.cooldown", "0"},
+                                    {"human.cooldown", "0"},
                                     {"style.feature_weight", "1"},
                                     {"style.luma_weight", "8"}})
     if (!table.at_path(key)) settings.push_back(fmt::format("{}={}", key, before));

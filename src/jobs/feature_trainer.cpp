@@ -122,8 +122,9 @@ void FeatureTrainer::run(std::int64_t step) {
   KeyedRandom random(static_cast<std::uint64_t>(config_.training.seed), "features", step);
   const std::size_t view = s.choose(random);
   std::vector<double> rates(group_count, 0.0);
-  rates[group_heads] = scheduled_rate(config_.features.rate, step, steps(), warm_up, rate_decay);
-  rates[group_style] = scheduled_rate(config_.style.rate, step, steps(), warm_up, rate_decay);
+  const RateSchedule schedule{steps(), warm_up, rate_decay};
+  rates[group_heads] = schedule.rate(config_.features.rate, step);
+  rates[group_style] = schedule.rate(config_.style.rate, step);
   const cv::Rect patch = random_patch(random, s.views[view], s.side);
   s.step.run(s.views[view], s.truths[view], patch, step + 1, rates);
 }

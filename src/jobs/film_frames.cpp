@@ -22,6 +22,7 @@ struct FilmFrames::Entry {
   LayerFrame frame;
   SurfaceView surface;
   std::map<std::pair<std::size_t, Layer>, std::vector<float>> painted;  ///< by look and layer
+  std::optional<SurfaceTexture> texture;                                ///< when it was asked for
 };
 
 FilmFrames::FilmFrames(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
@@ -38,7 +39,7 @@ FilmFrames::~FilmFrames() = default;
 FilmFrames::Entry& FilmFrames::entry(int shot) {
   if (const auto found = entries_.find(shot); found != entries_.end()) return found->second;
   const Shot& plan = film_.shot(shot);
-  Entry made{renderer_.render(plan), {}, {}};
+  Entry made{renderer_.render(plan), {}, {}, {}};
   const std::vector<float>& person = made.frame.alpha.empty() ? made.frame.person : made.frame.alpha;
   made.surface = {plan.camera, copied(made.frame.depth, made.frame), copied(person, made.frame)};
   if (body_ && plan.person)
@@ -109,6 +110,15 @@ cv::Mat FilmFrames::mean(int shot, const PictureOfShot& picture) {
   return with_detail_of(alone, temporal_mean(alone, neighbours));
 }
 
+cv::Mat FilmFrames::with_brushwork(int shot, std::size_t look, Layer layer, cv::Mat picture) {
+  if (looks_[look].strength * looks_[look].brushwork == 0 || looks_[look].mixture(layer).empty())
+    return picture;
+  std::optional<SurfaceTexture>& texture = entry(shot).texture;
+  if (!texture) texture.emplace(surface_flow_.rest_points(surface(shot)));
+  stylizer_->add_brushwork(picture, *texture, look, layer);
+  return picture;
+}
+
 cv::Mat FilmFrames::painted_picture(int shot, std::size_t look, Layer layer) {
   return colours_of(painted(shot, look, layer), entry(shot).frame);
 }
@@ -135,12 +145,15 @@ LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
   return composed(shot, look, [&](Layer layer) {
     if (looks_[look].strength == 0 || looks_[look].mixture(layer).empty())
       return painted_picture(shot, look, layer);
-    return mean(shot, [&](int other) { return painted_picture(other, look, layer); });
+    return with_brushwork(shot, look, layer,
+                          mean(shot, [&](int other) { return painted_picture(other, look, layer); }));
   });
 }
 
 LayerFrame FilmFrames::painted_alone(int shot, std::size_t look) {
-  return composed(shot, look, [&](Layer layer) { return painted_picture(shot, look, layer); });
+  return composed(shot, look, [&](Layer layer) {
+    return with_brushwork(shot, look, layer, painted_picture(shot, look, layer).clone());
+  });
 }
 
 cv::Mat FilmFrames::averaged(int shot, const std::vector<cv::Mat>& pictures) {

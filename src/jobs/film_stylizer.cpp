@@ -75,6 +75,7 @@ struct FilmStylizer::State {
   struct Painter {
     StyleMixture mixture;
     std::unique_ptr<FrameStylizer> stylizer;
+    Brushwork brushwork;
   };
   std::vector<Painter> painters;  ///< one for each mixture of the looks
 
@@ -83,14 +84,15 @@ struct FilmStylizer::State {
                              const Look& look) const {
     std::vector<float> rgb(frame.rgb.begin(), frame.rgb.end());
     if (mixture.empty()) return rgb;
-    for (const Painter& painter : painters)
-      if (painter.mixture == mixture) rgb = painter.stylizer->stylise(frame, look.strength);
+    rgb = painter(mixture)->stylizer->stylise(frame, look.strength);
     if (look.keep_colour) take_chroma(rgb, frame.rgb);
     return rgb;
   }
-  bool has_painter(const StyleMixture& mixture) const {
-    return std::any_of(painters.begin(), painters.end(),
-                       [&](const Painter& painter) { return painter.mixture == mixture; });
+  /// None for a mixture that no look has.
+  const Painter* painter(const StyleMixture& mixture) const {
+    for (const Painter& painter : painters)
+      if (painter.mixture == mixture) return &painter;
+    return nullptr;
   }
 };
 
@@ -121,7 +123,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
   for (const LayerFrame& frame : references) views.push_back({frame.features, frame.rgb});
   for (const Look& look : looks)
     for (const StyleMixture& mixture : {look.person, look.scene}) {
-      if (mixture.empty() || state_->has_painter(mixture)) continue;
+      if (mixture.empty() || state_->painter(mixture)) continue;
       std::vector<StylePicture> pictures;
       for (const StyleShare& share : mixture) pictures.push_back({read_image(share.picture), share.weight});
       auto stylizer = std::make_unique<FrameStylizer>(
@@ -129,7 +131,7 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
           FrameStylizer::Options{.tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read());
       choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
-      state_->painters.push_back({mixture, std::move(stylizer)});
+      state_->painters.push_back({mixture, std::move(stylizer), Brushwork(pictures, size)});
     }
 }
 FilmStylizer::~FilmStylizer() = default;
@@ -138,6 +140,17 @@ std::vector<float> FilmStylizer::paint(const LayerFrame& frame, std::size_t inde
   const Look& look = state_->looks.at(index);
   const std::vector<float> rgb = seen_colours(frame);
   return state_->painted({frame.features, rgb}, look.mixture(layer), look);
+}
+
+void FilmStylizer::add_brushwork(cv::Mat& picture, const SurfaceTexture& surfaces, std::size_t index,
+                                 Layer layer) const {
+  const Look& look = state_->looks.at(index);
+  const State::Painter* painter = state_->painter(look.mixture(layer));
+  if (!painter) return;
+  const cv::Mat before = picture.clone();
+  painter->brushwork.lay_onto(picture, surfaces, look.strength * look.brushwork);
+  if (look.keep_colour)
+    take_chroma({picture.ptr<float>(), 3 * picture.total()}, {before.ptr<float>(), 3 * before.total()});
 }
 
 }  // namespace vivant

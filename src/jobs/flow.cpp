@@ -10,6 +10,8 @@
 namespace vivant {
 namespace {
 
+constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+
 cv::Mat luma_of(const cv::Mat& rgb) {
   cv::Mat luma;
   cv::cvtColor(rgb, luma, cv::COLOR_RGB2GRAY);
@@ -63,10 +65,38 @@ std::size_t nearest(const std::vector<Eigen::Vector3d>& points, const Eigen::Vec
   return best;
 }
 
-/// A point moved from the pose `from` to the pose `to` with the vertex that both belong to.
-Eigen::Vector3d carried(const Eigen::Vector3d& point, const RigidTransform& from, const RigidTransform& to) {
-  const Eigen::Vector3d rest = from.leftCols<3>().inverse() * (point - from.col(3));
-  return to * rest.homogeneous();
+/// The posed body of a view, to which the person's pixels belong.
+class PosedBody {
+ public:
+  /// Without a person no pixel belongs to it.
+  PosedBody(const Body* body, const SurfaceView& view, double units) : person_(view.person), units_(units) {
+    if (!body || view.joints.empty() || person_.empty()) return;
+    transforms_ = vertex_transforms(*body, view.joints);
+    for (std::size_t v = 0; v < transforms_.size(); ++v)
+      vertices_.push_back(transforms_[v] * body->vertices[v].homogeneous());
+  }
+  bool has(int y, int x) const { return !vertices_.empty() && person_.at<float>(y, x) > 0.5f; }
+  /// The vertex that is nearest to a point in the cameras' unit.
+  std::size_t vertex(const Eigen::Vector3d& point) const { return nearest(vertices_, point / units_); }
+  /// The point brought to the rest pose with this vertex.
+  Eigen::Vector3d at_rest(const Eigen::Vector3d& point, std::size_t vertex) const {
+    const RigidTransform& from = transforms_[vertex];
+    return units_ * (from.leftCols<3>().inverse() * (point / units_ - from.col(3)));
+  }
+
+ private:
+  cv::Mat person_;
+  double units_;
+  Blends transforms_;
+  std::vector<Eigen::Vector3d> vertices_;
+};
+
+/// The point that a pixel shows; none where nothing is.
+std::optional<Eigen::Vector3d> point_at(const SurfaceView& view, int y, int x) {
+  const double depth = view.depth.at<float>(y, x);
+  if (!(depth > 0)) return std::nullopt;
+  const Ray ray = view.camera.ray({x + 0.5, y + 0.5});
+  return ray.origin + depth * ray.direction;
 }
 
 }  // namespace
@@ -79,34 +109,38 @@ cv::Mat dis_flow(const cv::Mat& from, const cv::Mat& to) {
 }
 
 cv::Mat SurfaceFlow::flow(const SurfaceView& from, const SurfaceView& to) const {
-  const bool person = body_ && !from.joints.empty() && !to.joints.empty() && !from.person.empty();
-  Blends before, after;
-  std::vector<Eigen::Vector3d> posed;
-  if (person) {
-    before = vertex_transforms(*body_, from.joints);
-    after = vertex_transforms(*body_, to.joints);
-    for (std::size_t v = 0; v < before.size(); ++v)
-      posed.push_back(before[v] * body_->vertices[v].homogeneous());
-  }
-  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
-  cv::Mat flow(from.depth.size(), CV_32FC2, cv::Scalar(unknown, unknown));
+  const PosedBody body(to.joints.empty() ? nullptr : body_, from, units_);
+  const Blends after = body_ && !to.joints.empty() ? vertex_transforms(*body_, to.joints) : Blends();
+  cv::Mat flow(from.depth.size(), CV_32FC2, cv::Scalar::all(unknown));
   for (int y = 0; y < flow.rows; ++y)
     for (int x = 0; x < flow.cols; ++x) {
-      const double depth = from.depth.at<float>(y, x);
-      if (!(depth > 0)) continue;
-      const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
-      const Ray ray = from.camera.ray(pixel);
-      Eigen::Vector3d point = ray.origin + depth * ray.direction;
-      if (person && from.person.at<float>(y, x) > 0.5f) {
-        const std::size_t vertex = nearest(posed, point / units_);
-        point = units_ * carried(point / units_, before[vertex], after[vertex]);
+      std::optional<Eigen::Vector3d> point = point_at(from, y, x);
+      if (!point) continue;
+      if (body.has(y, x)) {
+        const std::size_t vertex = body.vertex(*point);
+        const Eigen::Vector3d rest = body.at_rest(*point, vertex) / units_;
+        point = units_ * (after[vertex] * rest.homogeneous());
       }
-      const Eigen::Vector3d seen = to.camera.project(point);
+      const Eigen::Vector3d seen = to.camera.project(*point);
       if (seen.z() <= 0) continue;
-      flow.at<cv::Vec2f>(y, x) = {static_cast<float>(seen.x() - pixel.x()),
-                                  static_cast<float>(seen.y() - pixel.y())};
+      flow.at<cv::Vec2f>(y, x) = {static_cast<float>(seen.x() - (x + 0.5)),
+                                  static_cast<float>(seen.y() - (y + 0.5))};
     }
   return flow;
+}
+
+cv::Mat SurfaceFlow::rest_points(const SurfaceView& view) const {
+  const PosedBody body(body_, view, units_);
+  cv::Mat points(view.depth.size(), CV_32FC3, cv::Scalar::all(unknown));
+  for (int y = 0; y < points.rows; ++y)
+    for (int x = 0; x < points.cols; ++x) {
+      std::optional<Eigen::Vector3d> point = point_at(view, y, x);
+      if (!point) continue;
+      if (body.has(y, x)) point = body.at_rest(*point, body.vertex(*point));
+      points.at<cv::Vec3f>(y, x) = {static_cast<float>(point->x()), static_cast<float>(point->y()),
+                                    static_cast<float>(point->z())};
+    }
+  return points;
 }
 
 cv::Mat visible_pixels(const cv::Mat& forward, const cv::Mat& backward) {

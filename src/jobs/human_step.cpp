@@ -147,9 +147,8 @@ void HumanStep::loss_of_points(Value planes) {
 void HumanStep::run(std::int64_t step) {
   const auto& human = config_.human;
   const double done = static_cast<double>(step) / static_cast<double>(std::max<std::int64_t>(1, human.steps));
-  const auto rate = [&](double base) {
-    return scheduled_rate(base, step, human.steps, human.warmup_steps, human.rate_decay);
-  };
+  const RateSchedule schedule{human.steps, human.warmup_steps, human.rate_decay, human.cooldown};
+  const auto rate = [&](double base) { return schedule.rate(base, step); };
   std::vector<double> rates(group_count, 0.0);
   rates[group_planes] =
       rate(model_.options().field.encoding == Encoding::vanilla ? human.plane_rate : human.unet_rate);

@@ -63,7 +63,7 @@ class Pretraining {
     double average = 0;
     for (std::int64_t i = step_; i < options_.inversion_steps; ++i) {
       step.run(i, i + 1,
-               scheduled_rate(rates_.inversion, i, options_.inversion_steps, warm_up, inversion_decay));
+               RateSchedule{options_.inversion_steps, warm_up, inversion_decay}.rate(rates_.inversion, i));
       average += step.error() / report_every;
       if ((i + 1) % report_every == 0) {
         check(step.failure());
@@ -87,7 +87,7 @@ class Pretraining {
     InversionStep reconstruction(training_, reconstruction_in_style);
     progress_.begin("style", step_, options_.style_steps);
     for (std::int64_t i = step_; i < options_.style_steps; ++i) {
-      const double rate = scheduled_rate(rates_.style, i, options_.style_steps, warm_up, style_decay);
+      const double rate = RateSchedule{options_.style_steps, warm_up, style_decay}.rate(rates_.style, i);
       if (i % 3 == 2)
         reconstruction.run(options_.inversion_steps + i, i + 1, rate);
       else

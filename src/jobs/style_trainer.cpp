@@ -104,7 +104,8 @@ void StyleTrainer::run(std::int64_t step) {
     return static_cast<std::size_t>(random.below(static_cast<std::int64_t>(count)));
   };
   std::vector<double> rates(group_count, 0.0);
-  rates[group_style] = scheduled_rate(config_.style.rate, step, steps(), warm_up, config_.style.rate_decay);
+  rates[group_style] =
+      RateSchedule{steps(), warm_up, config_.style.rate_decay}.rate(config_.style.rate, step);
   (reconstructs(step) ? s.reconstructed : s.stylised) = true;
   if (reconstructs(step)) {
     const std::size_t view = choose(s.truths.size());

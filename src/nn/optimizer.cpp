@@ -75,11 +75,12 @@ std::unique_ptr<Optimizer> optimise(Device& device, Graph& graph, ParameterStore
                                      loss, options);
 }
 
-double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay) {
+double RateSchedule::rate(double base, std::int64_t step) const {
   const double done = static_cast<double>(step) / static_cast<double>(std::max<std::int64_t>(1, steps));
   const double warm =
       warmup > 0 ? std::min(1.0, static_cast<double>(step + 1) / static_cast<double>(warmup)) : 1.0;
-  return base * warm * std::pow(decay, done);
+  const double cool = cooldown > 0 ? std::clamp((1 - done) / cooldown, 0.0, 1.0) : 1.0;
+  return base * warm * cool * std::pow(decay, done);
 }
 
 }  // namespace vivant

@@ -29,8 +29,9 @@ class FilmFrames {
   /// The shot's geometry.
   const SurfaceView& surface(int shot);
   /// The shot in the look of this index: the temporal mean (temporal_mean.hpp) of the painted shot and its
-  /// neighbours, along the better of two flows at each pixel. Layers with styles of their own are two such
-  /// means, put together by the person's share; a layer without a style is as rendered.
+  /// neighbours, along the better of two flows at each pixel, with the paintings' brushwork on it. Layers
+  /// with styles of their own are two such means, put together by the person's share; a layer without a style
+  /// is as rendered.
   LayerFrame stylised(int shot, std::size_t look);
   /// The same without the mean: the shot as it is painted alone.
   LayerFrame painted_alone(int shot, std::size_t look);
@@ -59,6 +60,8 @@ class FilmFrames {
   /// The layers of a look that `picture` gives, put together.
   LayerFrame composed(int shot, std::size_t look, const std::function<cv::Mat(Layer)>& picture);
   cv::Mat painted_picture(int shot, std::size_t look, Layer layer);
+  /// The picture of a layer with the brushwork of the look.
+  cv::Mat with_brushwork(int shot, std::size_t look, Layer layer, cv::Mat picture);
 
   const Film& film_;
   const Body* body_;

@@ -6,6 +6,7 @@
 
 #include "vivant/jobs/film_renderer.hpp"
 #include "vivant/jobs/look.hpp"
+#include "vivant/model/brushwork.hpp"
 #include "vivant/model/frame_stylizer.hpp"
 
 namespace vivant {
@@ -46,6 +47,8 @@ class FilmStylizer {
   /// The whole frame's colours [H, W, 3] in the style that the look of this index has for the layer, as
   /// rendered without one. Those of the person alone are not multiplied with alpha.
   std::vector<float> paint(const LayerFrame& frame, std::size_t look, Layer layer);
+  /// Lays the brushwork that the look has for the layer onto a picture of it, CV_32FC3 in [0, 1].
+  void add_brushwork(cv::Mat& picture, const SurfaceTexture& surfaces, std::size_t look, Layer layer) const;
 
  private:
   struct State;

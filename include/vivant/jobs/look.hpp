@@ -26,6 +26,7 @@ struct Look {
   StyleMixture person, scene;  ///< equal ones: the picture is painted as a whole
   double strength = 1;         ///< 0: the reconstruction, 1: the whole style (film_stylizer.hpp)
   bool keep_colour = false;    ///< the painting's luma, the reconstruction's chroma
+  double brushwork = 1;        ///< of the paintings on the surfaces (brushwork.hpp); 0: none, as in the paper
 
   /// The same style for both layers.
   static Look whole(const StyleMixture& style) { return {style, style}; }

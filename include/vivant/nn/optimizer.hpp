@@ -54,8 +54,15 @@ class Optimizer {
 std::unique_ptr<Optimizer> optimise(Device& device, Graph& graph, ParameterStore& store, Value loss,
                                     const Optimizer::Options& options);
 
-/// The rate at `step` (from 0) of `steps`: a linear warm-up, then an exponential decay to `decay` times the
-/// base.
-double scheduled_rate(double base, std::int64_t step, std::int64_t steps, std::int64_t warmup, double decay);
+/// How learning rates change over the steps: a linear warm-up, an exponential decay to `decay` times the base
+/// and, on top of it, a linear fall to zero over the last part of the steps, `cooldown` of them: a high rate
+/// learns fast, and its noise goes at the end.
+struct RateSchedule {
+  std::int64_t steps = 1, warmup = 0;
+  double decay = 1, cooldown = 0;
+
+  /// The rate at `step`, from 0.
+  double rate(double base, std::int64_t step) const;
+};
 
 }  // namespace vivant

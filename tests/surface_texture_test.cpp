@@ -1,0 +1,135 @@
+#include "vivant/model/surface_texture.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "vivant/jobs/flow.hpp"
+
+using namespace vivant;
+
+namespace {
+
+constexpr int width = 64, height = 48;
+
+/// A view of the wall z = `distance`; its depth is off by up to `noise` at every pixel.
+SurfaceView wall_seen_from(double x, double distance, double noise = 0) {
+  Camera camera{.width = width, .height = height, .fx = 60, .fy = 60, .cx = 32, .cy = 24};
+  camera.world_to_camera(0, 3) = -x;
+  cv::Mat depth(height, width, CV_32FC1), errors(height, width, CV_32FC1);
+  cv::RNG(static_cast<std::uint64_t>(1000 * x) + 5).fill(errors, cv::RNG::UNIFORM, -noise, noise);
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u)
+      depth.at<float>(v, u) =
+          static_cast<float>(distance / camera.forward().dot(camera.ray({u + 0.5, v + 0.5}).direction)) +
+          errors.at<float>(v, u);
+  return {camera, depth, {}};
+}
+
+/// A texture of mean 0 that repeats itself, whose grains are some texels wide.
+cv::Mat grains() {
+  cv::Mat noise(96, 80, CV_32FC3), tiled, smooth;
+  cv::RNG(7).fill(noise, cv::RNG::NORMAL, 0.0, 1.0);
+  cv::copyMakeBorder(noise, tiled, 16, 16, 16, 16, cv::BORDER_WRAP);
+  cv::GaussianBlur(tiled, smooth, {}, 2);
+  const cv::Mat middle = smooth(cv::Rect(16, 16, 80, 96)).clone();
+  return middle - cv::mean(middle);
+}
+
+double rms(const cv::Mat& picture) {
+  return cv::norm(picture) / std::sqrt(static_cast<double>(3 * picture.total()));
+}
+
+cv::Mat seen(const SurfaceTexture& surface, const cv::Mat& texture) {
+  cv::Mat picture(height, width, CV_32FC3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) picture.at<cv::Vec3f>(y, x) = surface.at(y, x, texture);
+  return picture;
+}
+
+cv::Mat seen(const SurfaceView& view, const cv::Mat& texture) {
+  return seen(SurfaceTexture(SurfaceFlow(nullptr, 1).rest_points(view)), texture);
+}
+
+}  // namespace
+
+TEST_CASE("surface texture: it stays on the wall when the camera moves") {
+  const cv::Mat texture = grains();
+  for (const double noise : {0.0, 0.02}) {
+    CAPTURE(noise);
+    const SurfaceView first = wall_seen_from(0, 3, noise), second = wall_seen_from(0.15, 3, noise);
+    const cv::Mat here = seen(first, texture), there = seen(second, texture);
+    const cv::Rect shared(14, 10, 36, 28);  // not smoothed at a border
+    const cv::Mat moved =
+        warped(there, SurfaceFlow(nullptr, 1).flow(wall_seen_from(0, 3), wall_seen_from(0.15, 3)));
+    CHECK(rms(here(shared) - moved(shared)) < (noise > 0 ? 0.3 : 0.01) * rms(here(shared)));
+    CHECK(rms(here(shared) - there(shared)) > 0.5 * rms(here(shared)));
+    CHECK(rms(here) == doctest::Approx(rms(texture)).epsilon(0.2));
+  }
+}
+
+TEST_CASE("surface texture: grains are as large in the picture from near and from far") {
+  const cv::Mat texture = grains();
+  for (const double distance : {1.0, 1.4, 2.7, 40.0}) {
+    CAPTURE(distance);
+    const cv::Mat picture = seen(wall_seen_from(0, distance), texture);
+    cv::Mat step;
+    cv::filter2D(picture, step, CV_32F, cv::Matx13f(0, -1, 1));
+    cv::Mat own_step;
+    cv::filter2D(texture, own_step, CV_32F, cv::Matx13f(0, -1, 1));
+    const double finer = rms(step) / rms(picture) / (rms(own_step) / rms(texture));
+    CHECK(finer > 0.7);
+    CHECK(finer < 1.5);
+  }
+}
+
+TEST_CASE("surface texture: nothing where there is no surface, and no smoothing over an edge") {
+  cv::Mat points = SurfaceFlow(nullptr, 1).rest_points(wall_seen_from(0, 3));
+  const cv::Mat texture = grains(), alone = seen(SurfaceTexture(points), texture);
+  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+  points(cv::Rect(0, 0, 20, height)).setTo(cv::Scalar::all(unknown));
+  const cv::Mat holed = seen(SurfaceTexture(points), texture);
+  CHECK(cv::norm(holed(cv::Rect(0, 0, 20, height))) == 0);
+  CHECK(cv::checkRange(holed));
+  const cv::Rect right(40, 4, 20, 40);
+  CHECK(rms(holed(right) - alone(right)) < 0.01 * rms(alone(right)));
+
+  // A nearer wall on the left half: the right half is as it was but for the two pixels next to the edge.
+  cv::Mat near = SurfaceFlow(nullptr, 1).rest_points(wall_seen_from(0, 1.5));
+  near(cv::Rect(32, 0, 32, height)).setTo(0);
+  cv::Mat both = SurfaceFlow(nullptr, 1).rest_points(wall_seen_from(0, 3));
+  near(cv::Rect(0, 0, 32, height)).copyTo(both(cv::Rect(0, 0, 32, height)));
+  const cv::Mat edged = seen(SurfaceTexture(both), texture);
+  const cv::Rect beyond(44, 4, 16, 40);
+  CHECK(rms(edged(beyond) - alone(beyond)) < 0.05 * rms(alone(beyond)));
+}
+
+TEST_CASE("surface texture: points of the person are those of the body at rest") {
+  // One bone that moves everything by one metre, and turns it.
+  Body body;
+  body.vertices = {{0, 0, 3}, {0.4, 0, 3}, {0, 0.4, 3}};
+  body.influences = 1;
+  body.skin_joints = {0, 0, 0};
+  body.skin_weights = {1, 1, 1};
+  RigidTransform moved = RigidTransform::Zero();
+  moved.leftCols<3>() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  moved.col(3) = Eigen::Vector3d(0.2, -0.1, 0);
+  SurfaceView view = wall_seen_from(0, 6);
+  view.person = cv::Mat(height, width, CV_32FC1, cv::Scalar(1));
+  view.person.colRange(0, 32).setTo(0);
+  view.joints = {moved};
+  const double units_per_metre = 2;  // the wall z = 6 is 3 metres away
+  const cv::Mat points = SurfaceFlow(&body, units_per_metre).rest_points(view),
+                scene = SurfaceFlow(nullptr, units_per_metre).rest_points(view);
+  CHECK(cv::norm(points.colRange(0, 32), scene.colRange(0, 32), cv::NORM_INF) == 0);
+  for (const int x : {33, 50}) {
+    const cv::Vec3f at = points.at<cv::Vec3f>(20, x), from = scene.at<cv::Vec3f>(20, x);
+    const Eigen::Vector3d again =
+        moved * (Eigen::Vector3d(at[0], at[1], at[2]) / units_per_metre).homogeneous() * units_per_metre;
+    CHECK((again - Eigen::Vector3d(from[0], from[1], from[2])).norm() < 1e-5);
+  }
+}
