@@ -7,6 +7,7 @@
 
 #include "cases/op_case.hpp"
 #include "vivant/graph/executor.hpp"
+#include "vivant/nn/optimizer.hpp"
 
 using namespace vivant;
 
@@ -110,4 +111,18 @@ TEST_CASE("adam leaves the last good state alone from the first gradient or loss
     CHECK(training.read() == good);
     CHECK(training.status() == what);
   }
+}
+
+TEST_CASE("adam: rates warm up, decay and cool down") {
+  const RateSchedule decaying{.steps = 1000, .warmup = 10, .decay = 0.25};
+  CHECK(decaying.rate(2, 0) == doctest::Approx(0.2));
+  CHECK(decaying.rate(2, 500) == doctest::Approx(1));
+  CHECK(decaying.rate(2, 1000) == doctest::Approx(0.5));
+  const RateSchedule cooling{.steps = 1000, .decay = 0.25, .cooldown = 0.4};
+  CHECK(cooling.rate(2, 600) == decaying.rate(2, 600));
+  CHECK(cooling.rate(2, 800) == doctest::Approx(0.5 * decaying.rate(2, 800)));
+  CHECK(cooling.rate(2, 999) == doctest::Approx(0.0025 * decaying.rate(2, 999)));
+  CHECK(cooling.rate(2, 1000) == 0);
+  CHECK(cooling.rate(2, 2000) == 0);  // a run that goes on beyond its steps
+  CHECK(RateSchedule{}.rate(3, 0) == 3);
 }

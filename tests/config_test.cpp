@@ -58,6 +58,8 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK_FALSE(config.human.shading);
   CHECK(config.human.corrections == "learned");
   CHECK(config.human.clothes_band == 0.02);
+  CHECK(config.scene.cooldown == 0);
+  CHECK(config.human.cooldown == 0);
   CHECK(config.style.feature_weight == 1);
   CHECK(config.style.luma_weight == 8);
   CHECK(parse_run_config("[human]\nfree_band = 0.05\n", "config.toml").human.clothes_band == 0.05);

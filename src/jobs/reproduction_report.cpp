@@ -242,7 +242,9 @@ std::vector<std::string> differences(const ReproductionPlan& plan, const StageRe
       "the authors'. AdaAttN also takes relu4_1 and relu5_1. LST, CCPL, IEContraAST, CSBNet and StyleRF are "
       "not run; their rows hold the paper's figures alone.");
   add("Our films are means over seven frames along the flow (vivant-unaveraged: without it); the paper's and "
-      "AdaAttN's are not. AdaAttN on rendered frames-averaged is its film after the same mean.");
+      "AdaAttN's are not. AdaAttN on rendered frames-averaged is its film after the same mean. Our films "
+      "also "
+      "have the painting's brushwork laid onto the surfaces, which the paper has not.");
   add("Vanilla tri-plane: planes of scene and person optimised directly, all other settings and steps the "
       "same. Its "
       "film is measured by the same flow.");

@@ -6,9 +6,10 @@
 namespace vivant {
 namespace {
 
-constexpr int smoothing_radius = 4;    // pixels
-constexpr double facing_power = 6;     // the larger, the sharper the seams between the axes
-constexpr float least_weight = 0.01f;  // of a texture that is looked up
+constexpr int smoothing_radius = 4;        // pixels
+constexpr double facing_power = 6;         // the larger, the sharper the seams between the axes
+constexpr double least_determinant = 0.1;  // of the neighbours' places
+constexpr float least_weight = 0.01f;      // of a texture that is looked up
 
 bool known(const cv::Vec3f& point) { return std::isfinite(point[0]); }
 
@@ -40,33 +41,38 @@ cv::Mat step_lengths(const cv::Mat& points) {
   return calm;
 }
 
-/// A mean over the neighbours that are about as near on the surface as they are in the picture.
+/// The point that a plane through the neighbours of a pixel has there: of those that are about as near on the
+/// surface as they are in the picture. (A mean would be drawn away from edges, where there are none beyond.)
+cv::Vec3f on_plane(const cv::Mat& points, int y, int x, float step) {
+  const cv::Vec3f& here = points.at<cv::Vec3f>(y, x);
+  const int top = std::max(0, y - smoothing_radius), bottom = std::min(points.rows - 1, y + smoothing_radius);
+  const int left = std::max(0, x - smoothing_radius), right = std::min(points.cols - 1, x + smoothing_radius);
+  cv::Matx33d moments = cv::Matx33d::zeros(), values = cv::Matx33d::zeros();
+  for (int v = top; v <= bottom; ++v)
+    for (int u = left; u <= right; ++u) {
+      const cv::Vec3f difference = points.at<cv::Vec3f>(v, u) - here;
+      if (!known(difference)) continue;
+      const auto pixels = static_cast<float>((v - y) * (v - y) + (u - x) * (u - x));
+      const float near = step * (2 + 1.5f * std::sqrt(pixels));
+      const double weight = std::exp(-2 * pixels / (smoothing_radius * smoothing_radius) -
+                                     difference.dot(difference) / (near * near));
+      const cv::Vec3d place(1, u - x, v - y);
+      moments += weight * place * place.t();
+      values += weight * place * cv::Vec3d(difference).t();
+    }
+  if (cv::determinant(moments) < least_determinant) return here;  // too few, or all in a line
+  const cv::Matx33d plane = moments.solve(values, cv::DECOMP_LU);
+  return here + cv::Vec3f(cv::Vec3d(plane(0, 0), plane(0, 1), plane(0, 2)));
+}
+
+/// Every point on the plane through its neighbours.
 cv::Mat smoothed(const cv::Mat& points) {
   const cv::Mat steps = step_lengths(points);
   cv::Mat result = points.clone();
   for (int y = 0; y < points.rows; ++y)
-    for (int x = 0; x < points.cols; ++x) {
-      const cv::Vec3f& here = points.at<cv::Vec3f>(y, x);
-      const float step = steps.at<float>(y, x);
-      if (!known(here) || step == 0) continue;
-      cv::Vec3f sum = here;
-      float weights = 1;
-      for (int v = std::max(0, y - smoothing_radius); v <= std::min(points.rows - 1, y + smoothing_radius);
-           ++v)
-        for (int u = std::max(0, x - smoothing_radius); u <= std::min(points.cols - 1, x + smoothing_radius);
-             ++u) {
-          const cv::Vec3f& there = points.at<cv::Vec3f>(v, u);
-          if ((v == y && u == x) || !known(there)) continue;
-          const cv::Vec3f difference = there - here;
-          const auto pixels = static_cast<float>((v - y) * (v - y) + (u - x) * (u - x));
-          const float near = step * (2 + 1.5f * std::sqrt(pixels));
-          const float weight = std::exp(-2 * pixels / (smoothing_radius * smoothing_radius) -
-                                        difference.dot(difference) / (near * near));
-          sum += weight * difference;
-          weights += weight;
-        }
-      result.at<cv::Vec3f>(y, x) = here + (sum - here) * (1 / weights);
-    }
+    for (int x = 0; x < points.cols; ++x)
+      if (known(points.at<cv::Vec3f>(y, x)) && steps.at<float>(y, x) > 0)
+        result.at<cv::Vec3f>(y, x) = on_plane(points, y, x, steps.at<float>(y, x));
   return result;
 }
 
