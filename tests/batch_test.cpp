@@ -88,17 +88,20 @@ TEST_CASE("batch file: mixtures of styles, and styles of the layers") {
                                              "[[job]]\n"
                                              "run = \"r\"\n"
                                              "keep_colour = true\n"
+                                             "brushwork = 0.5\n"
                                              "person_style = \"none\"\n");
   REQUIRE(jobs.size() == 2);
   REQUIRE(jobs[0].films.size() == 2);
   CHECK(jobs[0].films[1].folder == folder / "films/r/test-b-c");
   CHECK(jobs[0].films[1].look.scene == StyleMixture{{folder / "b.jpg", 0.7}, {folder / "c.jpg", 0.3}});
   CHECK(!jobs[0].films[1].look.keep_colour);
+  CHECK(jobs[0].films[1].look.brushwork == 1);
   const BatchFilm& film = jobs[1].films.at(0);
   CHECK(film.folder == folder / "films/r/test-person-none-scene-a");
   CHECK(film.look.person.empty());
   CHECK(film.look.scene == StyleMixture{{folder / "a.jpg"}});
   CHECK(film.look.keep_colour);
+  CHECK(film.look.brushwork == 0.5);
 }
 
 TEST_CASE("batch file: what is wrong is said with its line, in one line") {
@@ -106,6 +109,8 @@ TEST_CASE("batch file: what is wrong is said with its line, in one line") {
   CHECK(refusal(job + "veiws = \"test\"\n") ==
         "jobs.toml line 3: unknown key 'veiws': did you mean 'views'?");
   CHECK(refusal("stile = \"x\"\n" + job) == "jobs.toml line 1: unknown key 'stile': did you mean 'style'?");
+  CHECK(refusal(job + "brushwork = 3\n") ==
+        "jobs.toml line 3: brushwork: it must be a number from 0 to 2, not 3");
   CHECK(contains(refusal("[[jobs]]\nrun = \"a\"\n"), "unknown key 'jobs': did you mean 'job'?"));
   CHECK(contains(refusal("[job]\nrun = \"a\"\n"), "it has no [[job]]"));
   CHECK(contains(refusal(""), "it has no [[job]]"));

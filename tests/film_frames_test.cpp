@@ -126,7 +126,12 @@ TEST_CASE("film frames: brushwork lies on what is painted, and nowhere else") {
   const cv::Mat strokes = picture(1) - picture(0);
   CHECK(cv::norm(strokes) / std::sqrt(static_cast<double>(3 * strokes.total())) > 0.005);
   CHECK(frames.painted_alone(1, 1).rgb != frames.painted_alone(1, 0).rgb);
-  CHECK(frames.stylised(1, 1).rgb == frames.stylised(1, 1).rgb);
+  // Asked again, and by other frames: it does not gather.
+  CHECK(frames.painted_alone(1, 1).rgb == frames.painted_alone(1, 1).rgb);
+  CHECK(FilmFrames(device, run, run, film, "both", {brushed}).stylised(1, 0).rgb ==
+        frames.stylised(1, 1).rgb);
+  FilmFrames alone(device, run, run, film, "human", {plain, brushed});
+  CHECK(alone.stylised(1, 0).rgb != alone.stylised(1, 1).rgb);
 
   // With the reconstruction's colours strokes are light and shade alone, but for colours that would leave [0,
   // 1].

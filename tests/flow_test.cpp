@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Dense>
 #include <opencv2/imgproc.hpp>
 
 #include "graph_helpers.hpp"
@@ -121,4 +122,32 @@ TEST_CASE("flow: DIS follows a picture that is shifted") {
   const cv::Scalar mean = cv::mean(flow(cv::Rect(16, 16, 96, 64)));
   CHECK(mean[0] == doctest::Approx(-4).epsilon(0.05));
   CHECK(std::abs(mean[1]) < 0.2);
+}
+
+TEST_CASE("flow: points of the person at rest are those of the body at rest") {
+  // One bone that moves everything by one metre, and turns it.
+  Body body;
+  body.vertices = {{0, 0, 3}, {0.4, 0, 3}, {0, 0.4, 3}};
+  body.influences = 1;
+  body.skin_joints = {0, 0, 0};
+  body.skin_weights = {1, 1, 1};
+  RigidTransform moved = RigidTransform::Zero();
+  moved.leftCols<3>() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  moved.col(3) = Eigen::Vector3d(0.2, -0.1, 0);
+  SurfaceView view{camera_at(0), wall(camera_at(0), 6), {}};
+  view.person = cv::Mat(48, 64, CV_32FC1, cv::Scalar(1));
+  view.person.colRange(0, 32).setTo(0);
+  view.joints = {moved};
+  const double units_per_metre = 2;  // the wall z = 6 is 3 metres away
+  const cv::Mat points = SurfaceFlow(&body, units_per_metre).rest_points(view),
+                scene = SurfaceFlow(nullptr, units_per_metre).rest_points(view);
+  CHECK(cv::norm(points.colRange(0, 32), scene.colRange(0, 32), cv::NORM_INF) == 0);
+  const Eigen::Vector3d apart(SurfaceFlow::rest_apart, 0, 0);
+  for (const int x : {33, 50}) {
+    const cv::Vec3f at = points.at<cv::Vec3f>(20, x), from = scene.at<cv::Vec3f>(20, x);
+    const Eigen::Vector3d again =
+        moved * (Eigen::Vector3d(at[0], at[1], at[2]) / units_per_metre - apart).homogeneous() *
+        units_per_metre;
+    CHECK((again - Eigen::Vector3d(from[0], from[1], from[2])).norm() < 1e-4);
+  }
 }

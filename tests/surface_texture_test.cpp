@@ -2,8 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
-
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -47,7 +45,7 @@ double rms(const cv::Mat& picture) {
 cv::Mat seen(const SurfaceTexture& surface, const cv::Mat& texture) {
   cv::Mat picture(height, width, CV_32FC3);
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) picture.at<cv::Vec3f>(y, x) = surface.at(y, x, texture);
+    for (int x = 0; x < width; ++x) picture.at<cv::Vec3f>(y, x) = look_up(texture, surface.places(y, x));
   return picture;
 }
 
@@ -104,30 +102,4 @@ TEST_CASE("surface texture: nothing where there is no surface, and no smoothing 
   both(left) += cv::Scalar(5, 0, 0);
   const cv::Mat edged = seen(SurfaceTexture(both), texture);
   CHECK(rms(edged(beyond) - alone(beyond)) < 0.05 * rms(alone(beyond)));
-}
-
-TEST_CASE("surface texture: points of the person are those of the body at rest") {
-  // One bone that moves everything by one metre, and turns it.
-  Body body;
-  body.vertices = {{0, 0, 3}, {0.4, 0, 3}, {0, 0.4, 3}};
-  body.influences = 1;
-  body.skin_joints = {0, 0, 0};
-  body.skin_weights = {1, 1, 1};
-  RigidTransform moved = RigidTransform::Zero();
-  moved.leftCols<3>() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  moved.col(3) = Eigen::Vector3d(0.2, -0.1, 0);
-  SurfaceView view = wall_seen_from(0, 6);
-  view.person = cv::Mat(height, width, CV_32FC1, cv::Scalar(1));
-  view.person.colRange(0, 32).setTo(0);
-  view.joints = {moved};
-  const double units_per_metre = 2;  // the wall z = 6 is 3 metres away
-  const cv::Mat points = SurfaceFlow(&body, units_per_metre).rest_points(view),
-                scene = SurfaceFlow(nullptr, units_per_metre).rest_points(view);
-  CHECK(cv::norm(points.colRange(0, 32), scene.colRange(0, 32), cv::NORM_INF) == 0);
-  for (const int x : {33, 50}) {
-    const cv::Vec3f at = points.at<cv::Vec3f>(20, x), from = scene.at<cv::Vec3f>(20, x);
-    const Eigen::Vector3d again =
-        moved * (Eigen::Vector3d(at[0], at[1], at[2]) / units_per_metre).homogeneous() * units_per_metre;
-    CHECK((again - Eigen::Vector3d(from[0], from[1], from[2])).norm() < 1e-5);
-  }
 }

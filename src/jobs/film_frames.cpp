@@ -22,7 +22,6 @@ struct FilmFrames::Entry {
   LayerFrame frame;
   SurfaceView surface;
   std::map<std::pair<std::size_t, Layer>, std::vector<float>> painted;  ///< by look and layer
-  std::optional<SurfaceTexture> texture;                                ///< when it was asked for
 };
 
 FilmFrames::FilmFrames(Device& device, const OpenRun& run, const OpenRun& scene, const Film& film,
@@ -39,7 +38,7 @@ FilmFrames::~FilmFrames() = default;
 FilmFrames::Entry& FilmFrames::entry(int shot) {
   if (const auto found = entries_.find(shot); found != entries_.end()) return found->second;
   const Shot& plan = film_.shot(shot);
-  Entry made{renderer_.render(plan), {}, {}, {}};
+  Entry made{renderer_.render(plan), {}, {}};
   const std::vector<float>& person = made.frame.alpha.empty() ? made.frame.person : made.frame.alpha;
   made.surface = {plan.camera, copied(made.frame.depth, made.frame), copied(person, made.frame)};
   if (body_ && plan.person)
@@ -110,13 +109,11 @@ cv::Mat FilmFrames::mean(int shot, const PictureOfShot& picture) {
   return with_detail_of(alone, temporal_mean(alone, neighbours));
 }
 
-cv::Mat FilmFrames::with_brushwork(int shot, std::size_t look, Layer layer, cv::Mat picture) {
-  if (looks_[look].strength * looks_[look].brushwork == 0 || looks_[look].mixture(layer).empty())
-    return picture;
-  std::optional<SurfaceTexture>& texture = entry(shot).texture;
-  if (!texture) texture.emplace(surface_flow_.rest_points(surface(shot)));
-  stylizer_->add_brushwork(picture, *texture, look, layer);
-  return picture;
+cv::Mat FilmFrames::with_brushwork(int shot, std::size_t look, Layer layer, const cv::Mat& picture) {
+  if (looks_[look].brushwork == 0 || looks_[look].mixture(layer).empty()) return picture;
+  if (!texture_ || texture_->first != shot)
+    texture_.emplace(shot, SurfaceTexture(surface_flow_.rest_points(surface(shot))));
+  return stylizer_->with_brushwork(picture, texture_->second, look, layer);
 }
 
 cv::Mat FilmFrames::painted_picture(int shot, std::size_t look, Layer layer) {
@@ -152,7 +149,7 @@ LayerFrame FilmFrames::stylised(int shot, std::size_t look) {
 
 LayerFrame FilmFrames::painted_alone(int shot, std::size_t look) {
   return composed(shot, look, [&](Layer layer) {
-    return with_brushwork(shot, look, layer, painted_picture(shot, look, layer).clone());
+    return with_brushwork(shot, look, layer, painted_picture(shot, look, layer));
   });
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "vivant/io/image.hpp"
 #include "vivant/model/style_score.hpp"
@@ -23,6 +24,10 @@ cv::Mat scored_picture(std::span<const float> rgb, cv::Size size) {
                                  static_cast<double>(least_scored_side) / std::min(size.width, size.height));
   if (factor < 1) cv::resize(picture, picture, {}, factor, factor, cv::INTER_AREA);
   return picture;
+}
+
+std::span<float> floats_of(const cv::Mat& picture) {
+  return {reinterpret_cast<float*>(picture.data), 3 * picture.total()};
 }
 
 /// Colours as the stylizer sees them: the person alone stands before grey.
@@ -75,7 +80,7 @@ struct FilmStylizer::State {
   struct Painter {
     StyleMixture mixture;
     std::unique_ptr<FrameStylizer> stylizer;
-    Brushwork brushwork;
+    std::optional<Brushwork> brushwork;  ///< when a look has any
   };
   std::vector<Painter> painters;  ///< one for each mixture of the looks
 
@@ -131,7 +136,9 @@ FilmStylizer::FilmStylizer(Device& device, const OpenRun& scene, const Film& fil
           FrameStylizer::Options{.tokens = scene.config.style.tokens});
       stylizer->set_style(pictures, scene.model->content_norm().read());
       choose_feature_match(device, state_->vgg, *stylizer, pictures, views, size);
-      state_->painters.push_back({mixture, std::move(stylizer), Brushwork(pictures, size)});
+      State::Painter& painter = state_->painters.emplace_back(mixture, std::move(stylizer), std::nullopt);
+      if (std::any_of(looks.begin(), looks.end(), [](const Look& one) { return one.brushwork > 0; }))
+        painter.brushwork.emplace(pictures, size);
     }
 }
 FilmStylizer::~FilmStylizer() = default;
@@ -142,15 +149,19 @@ std::vector<float> FilmStylizer::paint(const LayerFrame& frame, std::size_t inde
   return state_->painted({frame.features, rgb}, look.mixture(layer), look);
 }
 
-void FilmStylizer::add_brushwork(cv::Mat& picture, const SurfaceTexture& surfaces, std::size_t index,
-                                 Layer layer) const {
+cv::Mat FilmStylizer::with_brushwork(const cv::Mat& picture, const SurfaceTexture& surfaces,
+                                     std::size_t index, Layer layer) const {
   const Look& look = state_->looks.at(index);
   const State::Painter* painter = state_->painter(look.mixture(layer));
-  if (!painter) return;
-  const cv::Mat before = picture.clone();
-  painter->brushwork.lay_onto(picture, surfaces, look.strength * look.brushwork);
-  if (look.keep_colour)
-    take_chroma({picture.ptr<float>(), 3 * picture.total()}, {before.ptr<float>(), 3 * before.total()});
+  const double amount = look.strength * look.brushwork;
+  if (!painter || amount == 0) return picture;
+  if (!look.keep_colour) return painter->brushwork->laid_onto(picture, surfaces, amount);
+  cv::Mat grey;  // so that the painting's tones are chosen by their lightness
+  cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
+  cv::cvtColor(grey, grey, cv::COLOR_GRAY2RGB);
+  const cv::Mat stroked = painter->brushwork->laid_onto(grey, surfaces, amount);
+  take_chroma(floats_of(stroked), floats_of(picture));
+  return stroked;
 }
 
 }  // namespace vivant

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/video/tracking.hpp>
+#include <optional>
 
 #include "vivant/runtime/error.hpp"
 
@@ -78,10 +79,10 @@ class PosedBody {
   bool has(int y, int x) const { return !vertices_.empty() && person_.at<float>(y, x) > 0.5f; }
   /// The vertex that is nearest to a point in the cameras' unit.
   std::size_t vertex(const Eigen::Vector3d& point) const { return nearest(vertices_, point / units_); }
-  /// The point brought to the rest pose with this vertex.
+  /// The point, in the cameras' unit, brought to the rest pose with this vertex: in metres.
   Eigen::Vector3d at_rest(const Eigen::Vector3d& point, std::size_t vertex) const {
     const RigidTransform& from = transforms_[vertex];
-    return units_ * (from.leftCols<3>().inverse() * (point / units_ - from.col(3)));
+    return from.leftCols<3>().inverse() * (point / units_ - from.col(3));
   }
 
  private:
@@ -118,8 +119,7 @@ cv::Mat SurfaceFlow::flow(const SurfaceView& from, const SurfaceView& to) const 
       if (!point) continue;
       if (body.has(y, x)) {
         const std::size_t vertex = body.vertex(*point);
-        const Eigen::Vector3d rest = body.at_rest(*point, vertex) / units_;
-        point = units_ * (after[vertex] * rest.homogeneous());
+        point = units_ * (after[vertex] * body.at_rest(*point, vertex).homogeneous());
       }
       const Eigen::Vector3d seen = to.camera.project(*point);
       if (seen.z() <= 0) continue;
@@ -136,7 +136,8 @@ cv::Mat SurfaceFlow::rest_points(const SurfaceView& view) const {
     for (int x = 0; x < points.cols; ++x) {
       std::optional<Eigen::Vector3d> point = point_at(view, y, x);
       if (!point) continue;
-      if (body.has(y, x)) point = body.at_rest(*point, body.vertex(*point));
+      if (body.has(y, x))
+        point = units_ * (body.at_rest(*point, body.vertex(*point)) + Eigen::Vector3d(rest_apart, 0, 0));
       points.at<cv::Vec3f>(y, x) = {static_cast<float>(point->x()), static_cast<float>(point->y()),
                                     static_cast<float>(point->z())};
     }

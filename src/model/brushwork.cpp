@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <random>
+
+#include "vivant/runtime/error.hpp"
 
 namespace vivant {
 namespace {
@@ -12,12 +14,15 @@ namespace {
 constexpr int tones = 6;                                 // of a painting
 constexpr double brush_of_frame = 0.018;                 // of the root of its area
 constexpr double narrowest_brush = 1, widest_brush = 8;  // pixels
+constexpr int smallest_side = 16;                        // of a painting, in pixels
 // In widths of a brush:
 constexpr double painting_side = 88, patch_side = 12, patch_overlap = 4;
-constexpr int patches_a_side = 12;          // of a swatch
+constexpr int patches_a_side = 8;           // of a swatch
 constexpr double strongest_strokes = 0.08;  // rms: more would hide what is painted
 constexpr float tone_distance = 12;         // in CIELAB, by which a swatch's weight falls to 1 / e
 constexpr float least_weight = 0.02f;
+constexpr float tone_tolerance = 6;  // in CIELAB, of a patch beside the best one
+constexpr std::size_t fewest_places = 4;
 
 cv::Mat blurred(const cv::Mat& picture, double sigma) {
   cv::Mat result;
@@ -59,7 +64,10 @@ std::vector<cv::Point> places_of(const cv::Mat& lab, const cv::Vec3f& tone, int 
   std::stable_sort(places.begin(), places.end(), [&](const cv::Point& a, const cv::Point& b) {
     return means.at<float>(a) < means.at<float>(b);
   });
-  places.resize(std::max<std::size_t>(1, places.size() / 12));
+  std::size_t count = std::min(fewest_places, places.size());
+  const float most = means.at<float>(places[0]) + tone_tolerance;
+  while (count < places.size() / 12 && means.at<float>(places[count]) <= most) ++count;
+  places.resize(count);
   return places;
 }
 
@@ -99,16 +107,33 @@ double brush_of(cv::Size frame) {
   return std::clamp(brush_of_frame * std::sqrt(frame.area()), narrowest_brush, widest_brush);
 }
 
+/// The weights of the swatches for a colour in CIELAB; their squares sum up to 1.
+std::vector<float> weights_at(const cv::Vec3f& lab, const std::vector<Swatch>& swatches) {
+  std::vector<float> weights;
+  for (const Swatch& swatch : swatches) weights.push_back(static_cast<float>(cv::norm(lab - swatch.tone)));
+  const float nearest = *std::min_element(weights.begin(), weights.end());
+  float squares = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    weights[i] = static_cast<float>(swatches[i].share) * std::exp((nearest - weights[i]) / tone_distance);
+    squares += weights[i] * weights[i];
+  }
+  for (float& weight : weights) weight /= std::sqrt(squares);
+  return weights;
+}
+
 }  // namespace
 
 std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush) {
+  const double factor = painting_side * brush / std::sqrt(painting.size().area());
+  const auto side = [&](int pixels) {
+    return std::max(smallest_side, static_cast<int>(std::lround(pixels * factor)));
+  };
   cv::Mat picture;
-  painting.convertTo(picture, CV_32F, 1 / 255.0);
-  const double factor = painting_side * brush / std::sqrt(picture.size().area());
-  if (factor < 1) cv::resize(picture, picture, {}, factor, factor, cv::INTER_AREA);
+  cv::resize(painting, picture, {side(painting.cols), side(painting.rows)}, 0, 0,
+             factor < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  picture.convertTo(picture, CV_32F, 1 / 255.0);
   const cv::Mat even = blurred(picture, brush), detail = picture - even, lab = lab_of(even);
-  const int shorter = std::min(picture.rows, picture.cols);
-  const int patch = std::min(shorter, static_cast<int>(std::lround(patch_side * brush))),
+  const int patch = std::min({picture.rows, picture.cols, static_cast<int>(std::lround(patch_side * brush))}),
             overlap = static_cast<int>(patch * patch_overlap / patch_side);
   const cv::Mat centres = tones_of(lab);
   std::mt19937 random(1);
@@ -116,56 +141,46 @@ std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush) {
   for (int i = 0; i < centres.rows; ++i) {
     Swatch swatch{centres.at<cv::Vec3f>(i, 0), {}};
     swatch.strokes = patchwork(detail, places_of(lab, swatch.tone, patch), patch, overlap, random);
-    swatch.rms = std::sqrt(std::pow(cv::norm(swatch.strokes), 2) /
-                           (3.0 * static_cast<double>(swatch.strokes.total())));
-    if (swatch.rms > strongest_strokes) {
-      swatch.strokes *= strongest_strokes / swatch.rms;
-      swatch.rms = strongest_strokes;
-    }
+    const auto numbers = 3.0 * static_cast<double>(swatch.strokes.total());
+    swatch.strokes *= std::min(1.0, strongest_strokes * std::sqrt(numbers) / cv::norm(swatch.strokes));
+    swatch.mean_square = std::pow(cv::norm(swatch.strokes), 2) / numbers;
     swatches.push_back(std::move(swatch));
   }
   return swatches;
 }
 
 Brushwork::Brushwork(std::span<const StylePicture> paintings, cv::Size frame) : brush_(brush_of(frame)) {
+  double sum = 0;
+  for (const StylePicture& painting : paintings) sum += painting.weight;
   for (const StylePicture& painting : paintings)
     for (Swatch& swatch : swatches_of(painting.picture, brush_)) {
-      swatch.weight = painting.weight;
+      swatch.share = painting.weight / sum;
       swatches_.push_back(std::move(swatch));
     }
 }
 
-void Brushwork::lay_onto(cv::Mat& picture, const SurfaceTexture& surfaces, double amount) const {
+cv::Mat Brushwork::laid_onto(const cv::Mat& picture, const SurfaceTexture& surfaces, double amount) const {
+  if (picture.size() != surfaces.size())
+    fail("a picture and the surfaces that it shows have different sizes");
   const cv::Mat even = blurred(picture, brush_), lab = lab_of(even), detail = picture - even;
-  cv::Mat energy;
+  cv::Mat energy, result = picture.clone();
   cv::transform(detail.mul(detail), energy, cv::Matx13f::all(1.0f / 3));
   energy = blurred(energy, brush_);
-  std::vector<float> weights(swatches_.size());
-  for (int y = 0; y < picture.rows; ++y)
-    for (int x = 0; x < picture.cols; ++x) {
-      float nearest = std::numeric_limits<float>::max(), squares = 0;
-      for (std::size_t i = 0; i < weights.size(); ++i) {
-        weights[i] = static_cast<float>(cv::norm(lab.at<cv::Vec3f>(y, x) - swatches_[i].tone));
-        nearest = std::min(nearest, weights[i]);
+  cv::parallel_for_({0, picture.rows}, [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y)
+      for (int x = 0; x < picture.cols; ++x) {
+        const std::vector<SurfaceTexture::Place> places = surfaces.places(y, x);
+        const std::vector<float> weights = weights_at(lab.at<cv::Vec3f>(y, x), swatches_);
+        for (std::size_t i = 0; i < weights.size(); ++i) {
+          const double own = swatches_[i].mean_square;
+          if (weights[i] < least_weight || own == 0) continue;
+          const double room = std::sqrt(own / (own + energy.at<float>(y, x)));
+          result.at<cv::Vec3f>(y, x) +=
+              static_cast<float>(weights[i] * room * amount) * look_up(swatches_[i].strokes, places);
+        }
       }
-      for (std::size_t i = 0; i < weights.size(); ++i) {
-        weights[i] =
-            static_cast<float>(swatches_[i].weight) * std::exp((nearest - weights[i]) / tone_distance);
-        squares += weights[i] * weights[i];
-      }
-      cv::Vec3f strokes(0, 0, 0);
-      for (std::size_t i = 0; i < weights.size(); ++i) {
-        const float weight = weights[i] / std::sqrt(squares);
-        if (weight < least_weight) continue;
-        const double own = std::pow(swatches_[i].rms, 2);
-        if (own == 0) continue;
-        const double room = std::sqrt(own / (own + energy.at<float>(y, x)));
-        strokes += static_cast<float>(weight * room * amount) * surfaces.at(y, x, swatches_[i].strokes);
-      }
-      picture.at<cv::Vec3f>(y, x) += strokes;
-    }
-  cv::max(picture, 0.0, picture);
-  cv::min(picture, 1.0, picture);
+  });
+  return cv::min(cv::max(result, 0.0), 1.0);
 }
 
 }  // namespace vivant

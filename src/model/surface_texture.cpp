@@ -1,17 +1,23 @@
 #include "vivant/model/surface_texture.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 namespace vivant {
 namespace {
 
-constexpr int smoothing_radius = 4;        // pixels
-constexpr double facing_power = 6;         // the larger, the sharper the seams between the axes
-constexpr double least_determinant = 0.1;  // of the neighbours' places
-constexpr float least_weight = 0.01f;      // of a texture that is looked up
+constexpr int smoothing_radius = 4;         // pixels
+constexpr double least_determinant = 0.1;   // of the neighbours' places
+constexpr double facing_power = 6;          // the larger, the sharper the seams between the axes
+constexpr double longer_step_share = 0.75;  // of a pixel's size: else surfaces seen at a slant flicker
+constexpr float least_weight = 0.01f;       // of a place
 
-bool known(const cv::Vec3f& point) { return std::isfinite(point[0]); }
+bool known(const cv::Vec3f& point) {
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
 
 /// The pixel's step to its neighbours in one direction: the smaller one, which does not lead over an edge;
 /// NaN where none is known.
@@ -41,9 +47,14 @@ cv::Mat step_lengths(const cv::Mat& points) {
   return calm;
 }
 
-/// The point that a plane through the neighbours of a pixel has there: of those that are about as near on the
-/// surface as they are in the picture. (A mean would be drawn away from edges, where there are none beyond.)
-cv::Vec3f on_plane(const cv::Mat& points, int y, int x, float step) {
+/// The surface at a pixel: its point and its steps to the next pixels.
+struct Tangent {
+  cv::Vec3f point, right, down;
+};
+
+/// The plane through the neighbours of a pixel that are about as near on the surface as they are in the
+/// picture. (A mean would be drawn away from edges, where there are none beyond.)
+Tangent tangent_at(const cv::Mat& points, int y, int x, float step) {
   const cv::Vec3f& here = points.at<cv::Vec3f>(y, x);
   const int top = std::max(0, y - smoothing_radius), bottom = std::min(points.rows - 1, y + smoothing_radius);
   const int left = std::max(0, x - smoothing_radius), right = std::min(points.cols - 1, x + smoothing_radius);
@@ -53,27 +64,33 @@ cv::Vec3f on_plane(const cv::Mat& points, int y, int x, float step) {
       const cv::Vec3f difference = points.at<cv::Vec3f>(v, u) - here;
       if (!known(difference)) continue;
       const auto pixels = static_cast<float>((v - y) * (v - y) + (u - x) * (u - x));
-      const float near = step * (2 + 1.5f * std::sqrt(pixels));
-      const double weight = std::exp(-2 * pixels / (smoothing_radius * smoothing_radius) -
-                                     difference.dot(difference) / (near * near));
+      const float near = step * (2 + 1.5f * std::sqrt(pixels)),
+                  apart = difference.dot(difference) / (near * near);
+      if (apart > 9) continue;  // beyond an edge
+      const double weight = std::exp(-2 * pixels / (smoothing_radius * smoothing_radius) - apart);
       const cv::Vec3d place(1, u - x, v - y);
-      moments += weight * place * place.t();
-      values += weight * place * cv::Vec3d(difference).t();
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) {
+          moments(i, k) += weight * place[i] * place[k];
+          values(i, k) += weight * place[i] * difference[k];
+        }
     }
-  if (cv::determinant(moments) < least_determinant) return here;  // too few, or all in a line
+  if (cv::determinant(moments) < least_determinant)  // too few, or all in a line
+    return {here, step_at(points, y, x, 0, 1), step_at(points, y, x, 1, 0)};
   const cv::Matx33d plane = moments.solve(values, cv::DECOMP_LU);
-  return here + cv::Vec3f(cv::Vec3d(plane(0, 0), plane(0, 1), plane(0, 2)));
+  const auto row = [&](int i) { return cv::Vec3f(cv::Vec3d(plane(i, 0), plane(i, 1), plane(i, 2))); };
+  return {here + row(0), row(1), row(2)};
 }
 
-/// Every point on the plane through its neighbours.
-cv::Mat smoothed(const cv::Mat& points) {
+/// Does it for every pixel that shows a point, in any order.
+void for_tangents(const cv::Mat& points, const std::function<void(int y, int x, const Tangent&)>& use) {
   const cv::Mat steps = step_lengths(points);
-  cv::Mat result = points.clone();
-  for (int y = 0; y < points.rows; ++y)
-    for (int x = 0; x < points.cols; ++x)
-      if (known(points.at<cv::Vec3f>(y, x)) && steps.at<float>(y, x) > 0)
-        result.at<cv::Vec3f>(y, x) = on_plane(points, y, x, steps.at<float>(y, x));
-  return result;
+  cv::parallel_for_({0, points.rows}, [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y)
+      for (int x = 0; x < points.cols; ++x)
+        if (known(points.at<cv::Vec3f>(y, x)) && steps.at<float>(y, x) > 0)
+          use(y, x, tangent_at(points, y, x, steps.at<float>(y, x)));
+  });
 }
 
 /// The texture at a place in texels, bilinear; it repeats itself.
@@ -93,48 +110,52 @@ cv::Vec3f wrapped(const cv::Mat& texture, double u, double v) {
 }  // namespace
 
 SurfaceTexture::SurfaceTexture(const cv::Mat& points)
-    : points_(smoothed(smoothed(points))),
-      facing_(points.size(), CV_32FC3, cv::Scalar::all(1.0 / 3)),
-      octaves_(points.size(), CV_32FC1, cv::Scalar(0)) {
-  cv::Mat surface(points.size(), CV_8UC1, cv::Scalar(0));
-  for (int y = 0; y < points.rows; ++y)
-    for (int x = 0; x < points.cols; ++x) {
-      const cv::Vec3f right = step_at(points_, y, x, 0, 1), down = step_at(points_, y, x, 1, 0);
-      const cv::Vec3f normal = right.cross(down);
-      const double area = cv::norm(right) * cv::norm(down), length = cv::norm(normal);
-      if (!(area > 0) || !(length > 0)) continue;  // NaN too
-      cv::Vec3f& facing = facing_.at<cv::Vec3f>(y, x);
-      for (int i = 0; i < 3; ++i)
-        facing[i] = static_cast<float>(std::pow(std::abs(normal[i]) / length, facing_power));
-      octaves_.at<float>(y, x) = static_cast<float>(0.5 * std::log2(area));
-      surface.at<std::uint8_t>(y, x) = 255;
-    }
-  octaves_.setTo(cv::mean(octaves_, surface)[0], surface == 0);
-  cv::medianBlur(octaves_, octaves_, 5);
-  cv::GaussianBlur(octaves_, octaves_, {}, 3);
-  cv::GaussianBlur(facing_, facing_, {}, 2);
+    : points_(points.size(), CV_32FC3, cv::Scalar::all(std::numeric_limits<double>::quiet_NaN())),
+      facing_(points.size(), CV_32FC3),
+      octaves_(points.size(), CV_32FC1) {
+  cv::Mat calm = points.clone();
+  for_tangents(points,
+               [&](int y, int x, const Tangent& tangent) { calm.at<cv::Vec3f>(y, x) = tangent.point; });
+  for_tangents(calm, [&](int y, int x, const Tangent& tangent) {
+    const cv::Vec3d normal = tangent.right.cross(tangent.down);
+    const double a = cv::norm(tangent.right), b = cv::norm(tangent.down), length = cv::norm(normal);
+    if (!(length > 0)) return;
+    cv::Vec3d facing;
+    for (int i = 0; i < 3; ++i) facing[i] = std::pow(std::abs(normal[i]) / length, facing_power);
+    facing_.at<cv::Vec3f>(y, x) = facing * (1 / (facing[0] + facing[1] + facing[2]));
+    octaves_.at<float>(y, x) = static_cast<float>(longer_step_share * std::log2(std::max(a, b)) +
+                                                  (1 - longer_step_share) * std::log2(std::min(a, b)));
+    points_.at<cv::Vec3f>(y, x) = tangent.point;
+  });
 }
 
-cv::Vec3f SurfaceTexture::at(int y, int x, const cv::Mat& texture) const {
+std::vector<SurfaceTexture::Place> SurfaceTexture::places(int y, int x) const {
   const cv::Vec3f& point = points_.at<cv::Vec3f>(y, x);
-  if (!known(point)) return {0, 0, 0};
+  std::vector<Place> places;
+  if (!known(point)) return places;
   const cv::Vec3f& facing = facing_.at<cv::Vec3f>(y, x);
   const float octave = octaves_.at<float>(y, x), lower = std::floor(octave), upper_share = octave - lower;
-  const float sum = facing[0] + facing[1] + facing[2];
-  cv::Vec3f colours(0, 0, 0);
   float squares = 0;
   for (const float coarser : {0.0f, 1.0f}) {
     const double texel = std::exp2(static_cast<double>(lower + coarser));
     for (int axis = 0; axis < 3; ++axis) {
-      const float weight = (coarser > 0 ? upper_share : 1 - upper_share) * facing[axis] / sum;
+      const float weight = (coarser > 0 ? upper_share : 1 - upper_share) * facing[axis];
       if (weight < least_weight) continue;
-      // Upright on walls whose up is y or z; shifted, so that the axes do not mirror each other.
+      // Upright on walls where y is up; shifted, so that the axes do not mirror each other.
       const double u = axis == 0 ? point[2] : point[0], v = axis == 1 ? point[2] : point[1];
-      colours += weight * wrapped(texture, u / texel + 37.7 * axis, -v / texel + 91.3 * axis);
+      places.push_back({u / texel + 37.7 * axis, -v / texel + 91.3 * axis, weight});
       squares += weight * weight;
     }
   }
-  return squares > 0 ? colours * (1 / std::sqrt(squares)) : colours;
+  for (Place& place : places) place.weight /= std::sqrt(squares);
+  return places;
+}
+
+cv::Vec3f look_up(const cv::Mat& texture, const std::vector<SurfaceTexture::Place>& places) {
+  cv::Vec3f colours(0, 0, 0);
+  for (const SurfaceTexture::Place& place : places)
+    colours += place.weight * wrapped(texture, place.u, place.v);
+  return colours;
 }
 
 }  // namespace vivant

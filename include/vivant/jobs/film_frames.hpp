@@ -61,7 +61,7 @@ class FilmFrames {
   LayerFrame composed(int shot, std::size_t look, const std::function<cv::Mat(Layer)>& picture);
   cv::Mat painted_picture(int shot, std::size_t look, Layer layer);
   /// The picture of a layer with the brushwork of the look.
-  cv::Mat with_brushwork(int shot, std::size_t look, Layer layer, cv::Mat picture);
+  cv::Mat with_brushwork(int shot, std::size_t look, Layer layer, const cv::Mat& picture);
 
   const Film& film_;
   const Body* body_;
@@ -71,6 +71,7 @@ class FilmFrames {
   SurfaceFlow surface_flow_;
   std::map<int, Entry> entries_;
   std::map<std::pair<int, int>, Match> matches_;
+  std::optional<std::pair<int, SurfaceTexture>> texture_;  ///< of the shot that was asked last
 };
 
 }  // namespace vivant

@@ -47,8 +47,9 @@ class FilmStylizer {
   /// The whole frame's colours [H, W, 3] in the style that the look of this index has for the layer, as
   /// rendered without one. Those of the person alone are not multiplied with alpha.
   std::vector<float> paint(const LayerFrame& frame, std::size_t look, Layer layer);
-  /// Lays the brushwork that the look has for the layer onto a picture of it, CV_32FC3 in [0, 1].
-  void add_brushwork(cv::Mat& picture, const SurfaceTexture& surfaces, std::size_t look, Layer layer) const;
+  /// A painted picture of the layer, CV_32FC3, with the brushwork that the look has for it.
+  cv::Mat with_brushwork(const cv::Mat& picture, const SurfaceTexture& surfaces, std::size_t look,
+                         Layer layer) const;
 
  private:
   struct State;

@@ -30,9 +30,11 @@ class SurfaceFlow {
   /// `body` may be null when no view has a person; it must outlive this.
   SurfaceFlow(const Body* body, double units_per_metre) : body_(body), units_(units_per_metre) {}
   cv::Mat flow(const SurfaceView& from, const SurfaceView& to) const;
-  /// The point that each pixel shows, CV_32FC3 in the cameras' unit, where it was before the person moved: in
-  /// the body's rest pose. NaN where nothing is known.
+  /// The point that each pixel shows, CV_32FC3 in the cameras' unit; NaN where nothing is known. The person's
+  /// points are where they were in the body's rest pose, shifted by `rest_apart` along x: apart from the
+  /// scene.
   cv::Mat rest_points(const SurfaceView& view) const;
+  static constexpr double rest_apart = 100;  // metres
 
  private:
   const Body* body_;

@@ -8,17 +8,18 @@
 
 namespace vivant {
 
-/// The brushwork of a painting where it has one tone: what is finer than a brush there, as a texture.
+/// The brushwork of a painting where it has one tone, as a texture.
 struct Swatch {
-  cv::Vec3f tone;     ///< CIELAB
-  cv::Mat strokes;    ///< CV_32FC3 [side, side], of mean 0; it repeats itself
-  double rms = 0;     ///< of the strokes
-  double weight = 1;  ///< of its painting
+  cv::Vec3f tone;          ///< CIELAB
+  cv::Mat strokes;         ///< CV_32FC3 [side, side], of mean 0; it repeats itself
+  double mean_square = 0;  ///< of the strokes
+  double share = 1;        ///< of its painting in a mixture
 };
 
-/// The swatches of a painting (CV_8UC3 RGB): patches of it that have this tone, put together at random (the
-/// same ones each time). `brush` is the width of a brush in pixels of the frames that will be painted, to
-/// which the painting is brought.
+/// The swatches of a painting (CV_8UC3 RGB), by patch-based texture synthesis: what is finer than a Gaussian
+/// blur of `brush` pixels, in patches that have one tone, put together at random (the same ones each time)
+/// and blended where they overlap. The painting is brought to a size at which strokes suit a frame whose
+/// brush is that wide.
 std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush);
 
 /// Lays the brushwork of paintings onto the surfaces that frames show. What a network finds in a painting has
@@ -26,15 +27,16 @@ std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush);
 /// the surface they stay where they are while the camera moves, and go with the person.
 class Brushwork {
  public:
-  /// For frames of this size.
+  /// For frames of this size. Of the paintings' weights only the ratios count.
   Brushwork(std::span<const StylePicture> paintings, cv::Size frame);
 
-  /// Adds strokes to a stylised picture, CV_32FC3 RGB in [0, 1]: at every pixel those of the tones that it
-  /// has, the less the more detail is there already. 1 is as strong as in the painting.
-  void lay_onto(cv::Mat& picture, const SurfaceTexture& surfaces, double amount) const;
+  /// A stylised picture, CV_32FC3 RGB, with strokes: at every pixel those of the tones that it has, the less
+  /// the more detail is there already; in [0, 1]. An amount of 1 is as strong as in the painting. Throws
+  /// Error for surfaces of another size.
+  cv::Mat laid_onto(const cv::Mat& picture, const SurfaceTexture& surfaces, double amount) const;
 
  private:
-  double brush_;
+  double brush_;  ///< the Gaussian's sigma in pixels of a frame
   std::vector<Swatch> swatches_;
 };
 
