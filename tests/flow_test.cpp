@@ -144,7 +144,7 @@ TEST_CASE("flow: points of the person at rest are those of the body at rest") {
   CHECK(cv::norm(points.colRange(0, 32), scene.colRange(0, 32), cv::NORM_INF) == 0);
   const Eigen::Vector3d apart(SurfaceFlow::rest_apart, 0, 0);
   for (const int x : {33, 50}) {
-    const cv::Vec3f at = points.at<cv::Vec3f>(20, x), from = scene.at<cv::Vec3f>(20, x);
+    const cv::Vec3f &at = points.at<cv::Vec3f>(20, x), &from = scene.at<cv::Vec3f>(20, x);
     const Eigen::Vector3d again =
         moved * (Eigen::Vector3d(at[0], at[1], at[2]) / units_per_metre - apart).homogeneous() *
         units_per_metre;

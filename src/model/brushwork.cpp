@@ -110,6 +110,7 @@ double brush_of(cv::Size frame) {
 /// The weights of the swatches for a colour in CIELAB; their squares sum up to 1.
 std::vector<float> weights_at(const cv::Vec3f& lab, const std::vector<Swatch>& swatches) {
   std::vector<float> weights;
+  weights.reserve(swatches.size());
   for (const Swatch& swatch : swatches) weights.push_back(static_cast<float>(cv::norm(lab - swatch.tone)));
   const float nearest = *std::min_element(weights.begin(), weights.end());
   float squares = 0;
