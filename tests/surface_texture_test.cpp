@@ -79,7 +79,7 @@ TEST_CASE("surface texture: grains are as large in the picture from near and fro
     cv::filter2D(picture, step, CV_32F, cv::Matx13f(0, -1, 1));
     cv::Mat own_step;
     cv::filter2D(texture, own_step, CV_32F, cv::Matx13f(0, -1, 1));
-    const double finer = rms(step) / rms(picture) / (rms(own_step) / rms(texture));
+    const double finer = SurfaceTexture::texel * (rms(step) / rms(picture)) / (rms(own_step) / rms(texture));
     CHECK(finer > 0.7);
     CHECK(finer < 1.5);
   }

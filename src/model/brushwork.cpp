@@ -154,7 +154,7 @@ Brushwork::Brushwork(std::span<const StylePicture> paintings, cv::Size frame) : 
   double sum = 0;
   for (const StylePicture& painting : paintings) sum += painting.weight;
   for (const StylePicture& painting : paintings)
-    for (Swatch& swatch : swatches_of(painting.picture, brush_)) {
+    for (Swatch& swatch : swatches_of(painting.picture, brush_ / SurfaceTexture::texel)) {
       swatch.share = painting.weight / sum;
       swatches_.push_back(std::move(swatch));
     }

@@ -123,8 +123,9 @@ SurfaceTexture::SurfaceTexture(const cv::Mat& points)
     cv::Vec3d facing;
     for (int i = 0; i < 3; ++i) facing[i] = std::pow(std::abs(normal[i]) / length, facing_power);
     facing_.at<cv::Vec3f>(y, x) = facing * (1 / (facing[0] + facing[1] + facing[2]));
-    octaves_.at<float>(y, x) = static_cast<float>(longer_step_share * std::log2(std::max(a, b)) +
-                                                  (1 - longer_step_share) * std::log2(std::min(a, b)));
+    octaves_.at<float>(y, x) =
+        static_cast<float>(std::log2(texel) + longer_step_share * std::log2(std::max(a, b)) +
+                           (1 - longer_step_share) * std::log2(std::min(a, b)));
     points_.at<cv::Vec3f>(y, x) = tangent.point;
   });
 }
@@ -137,13 +138,13 @@ std::vector<SurfaceTexture::Place> SurfaceTexture::places(int y, int x) const {
   const float octave = octaves_.at<float>(y, x), lower = std::floor(octave), upper_share = octave - lower;
   float squares = 0;
   for (const float coarser : {0.0f, 1.0f}) {
-    const double texel = std::exp2(static_cast<double>(lower + coarser));
+    const double size = std::exp2(static_cast<double>(lower + coarser));
     for (int axis = 0; axis < 3; ++axis) {
       const float weight = (coarser > 0 ? upper_share : 1 - upper_share) * facing[axis];
       if (weight < least_weight) continue;
       // Upright on walls where y is up; shifted, so that the axes do not mirror each other.
       const double u = axis == 0 ? point[2] : point[0], v = axis == 1 ? point[2] : point[1];
-      places.push_back({u / texel + 37.7 * axis, -v / texel + 91.3 * axis, weight});
+      places.push_back({u / size + 37.7 * axis, -v / size + 91.3 * axis, weight});
       squares += weight * weight;
     }
   }

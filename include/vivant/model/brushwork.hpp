@@ -17,9 +17,8 @@ struct Swatch {
 };
 
 /// The swatches of a painting (CV_8UC3 RGB), by patch-based texture synthesis: what is finer than a Gaussian
-/// blur of `brush` pixels, in patches that have one tone, put together at random (the same ones each time)
-/// and blended where they overlap. The painting is brought to a size at which strokes suit a frame whose
-/// brush is that wide.
+/// blur of `brush` texels, in patches that have one tone, put together at random (the same ones each time)
+/// and blended where they overlap. The painting is brought to a size at which its strokes suit that.
 std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush);
 
 /// Lays the brushwork of paintings onto the surfaces that frames show. What a network finds in a painting has

@@ -6,7 +6,7 @@ namespace vivant {
 
 /// Triplanar mapping of textures onto the surfaces of a view, where they stay when the camera moves: every
 /// point of space has a place on the texture along each of the three axes, of which those that the surface
-/// faces count. A texel is about as large as a pixel at any distance: of textures whose texels are powers of
+/// faces count. A texel has about `texel` pixels at any distance: of textures whose texels are powers of
 /// two of the points' unit the two around that size are mixed (Benard et al. 2009, "Dynamic solid textures").
 class SurfaceTexture {
  public:
@@ -22,6 +22,7 @@ class SurfaceTexture {
   /// The places of a pixel, at most six, whose squared weights sum up to 1; none where there is no surface.
   std::vector<Place> places(int y, int x) const;
   cv::Size size() const { return points_.size(); }
+  static constexpr double texel = 1.4;  ///< pixels: finer ones flicker
 
  private:
   cv::Mat points_;   ///< smoothed
