@@ -63,8 +63,9 @@ void add_look(CLI::App& command, Look& look, StyleTexts& styles) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command
-      .add_option("--brushwork", look.brushwork,
-                  "of the painting's strokes on the surfaces: 0 is none, 1 as strong as in the painting")
+      .add_option(
+          "--brushwork", look.brushwork,
+          "of the painting's strokes on the surfaces: 0 is none, 1 at most as strong as in the painting")
       ->check(CLI::Range(0.0, 2.0))
       ->capture_default_str();
   command.add_flag("--keep-colour", look.keep_colour,

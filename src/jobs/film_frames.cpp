@@ -110,9 +110,12 @@ cv::Mat FilmFrames::mean(int shot, const PictureOfShot& picture) {
 }
 
 cv::Mat FilmFrames::with_brushwork(int shot, std::size_t look, Layer layer, const cv::Mat& picture) {
-  if (looks_[look].brushwork == 0 || looks_[look].mixture(layer).empty()) return picture;
-  if (!texture_ || texture_->first != shot)
+  if (looks_[look].strength * looks_[look].brushwork == 0 || looks_[look].mixture(layer).empty())
+    return picture;
+  if (!texture_ || texture_->first != shot) {
+    texture_.reset();  // before the next one is made: it is large
     texture_.emplace(shot, SurfaceTexture(surface_flow_.rest_points(surface(shot))));
+  }
   return stylizer_->with_brushwork(picture, texture_->second, look, layer);
 }
 

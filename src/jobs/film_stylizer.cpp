@@ -156,10 +156,10 @@ cv::Mat FilmStylizer::with_brushwork(const cv::Mat& picture, const SurfaceTextur
   const double amount = look.strength * look.brushwork;
   if (!painter || amount == 0) return picture;
   if (!look.keep_colour) return painter->brushwork->laid_onto(picture, surfaces, amount);
-  cv::Mat grey;  // so that the painting's tones are chosen by their lightness
+  cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
   cv::cvtColor(grey, grey, cv::COLOR_GRAY2RGB);
-  const cv::Mat stroked = painter->brushwork->laid_onto(grey, surfaces, amount);
+  const cv::Mat stroked = painter->brushwork->laid_onto(grey, surfaces, amount, true);
   take_chroma(floats_of(stroked), floats_of(picture));
   return stroked;
 }

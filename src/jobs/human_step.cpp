@@ -147,7 +147,10 @@ void HumanStep::loss_of_points(Value planes) {
 void HumanStep::run(std::int64_t step) {
   const auto& human = config_.human;
   const double done = static_cast<double>(step) / static_cast<double>(std::max<std::int64_t>(1, human.steps));
-  const RateSchedule schedule{human.steps, human.warmup_steps, human.rate_decay, human.cooldown};
+  const RateSchedule schedule{.steps = human.steps,
+                              .warmup = human.warmup_steps,
+                              .decay = human.rate_decay,
+                              .cooldown = human.cooldown};
   const auto rate = [&](double base) { return schedule.rate(base, step); };
   std::vector<double> rates(group_count, 0.0);
   rates[group_planes] =

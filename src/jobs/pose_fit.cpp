@@ -19,6 +19,8 @@ Config config_of_fit(Config config, std::int64_t steps) {
   human.code_rate = 0.01;
   human.plane_rate = human.unet_rate = human.head_rate = 0;
   human.warmup_steps = 0;
+  human.rate_decay = 0.1;
+  human.cooldown = 0;
   human.correction_start = -1;  // in full from the first step on
   human.alpha_weight = human.hard_weight = human.variation_weight = 0;
   human.smpl_weight = human.edge_weight = human.smooth_weight = 0;

@@ -243,8 +243,7 @@ std::vector<std::string> differences(const ReproductionPlan& plan, const StageRe
       "not run; their rows hold the paper's figures alone.");
   add("Our films are means over seven frames along the flow (vivant-unaveraged: without it); the paper's and "
       "AdaAttN's are not. AdaAttN on rendered frames-averaged is its film after the same mean. Our films "
-      "also "
-      "have the painting's brushwork laid onto the surfaces, which the paper has not.");
+      "also have the painting's brushwork laid onto the surfaces, which the paper has not.");
   add("Vanilla tri-plane: planes of scene and person optimised directly, all other settings and steps the "
       "same. Its "
       "film is measured by the same flow.");

@@ -153,7 +153,10 @@ void SceneTrainer::run(std::int64_t step) {
   const bool grows = phase_ && plane_size_at(config_, model_, step) != phase().plane_size;
   if (!phase_ || (grows && !failure())) begin_phase(step);  // a failure stays until it is asked for
   const auto& scene = config_.scene;
-  const RateSchedule schedule{scene.steps, scene.warmup_steps, scene.rate_decay, scene.cooldown};
+  const RateSchedule schedule{.steps = scene.steps,
+                              .warmup = scene.warmup_steps,
+                              .decay = scene.rate_decay,
+                              .cooldown = scene.cooldown};
   const auto rate = [&](double base) { return schedule.rate(base, step); };
   std::vector<double> rates(group_count, 0.0);
   rates[group_planes] =

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
@@ -15,7 +15,7 @@ constexpr int tones = 6;                                 // of a painting
 constexpr double brush_of_frame = 0.018;                 // of the root of its area
 constexpr double narrowest_brush = 1, widest_brush = 8;  // pixels
 constexpr int smallest_side = 16;                        // of a painting, in pixels
-// In widths of a brush:
+// In widths of a brush, the sigma of a Gaussian in texels:
 constexpr double painting_side = 88, patch_side = 12, patch_overlap = 4;
 constexpr int patches_a_side = 8;           // of a swatch
 constexpr double strongest_strokes = 0.08;  // rms: more would hide what is painted
@@ -107,11 +107,14 @@ double brush_of(cv::Size frame) {
   return std::clamp(brush_of_frame * std::sqrt(frame.area()), narrowest_brush, widest_brush);
 }
 
-/// The weights of the swatches for a colour in CIELAB; their squares sum up to 1.
-std::vector<float> weights_at(const cv::Vec3f& lab, const std::vector<Swatch>& swatches) {
+/// The weights of the swatches for a colour in CIELAB, or its lightness; their squares sum up to 1.
+std::vector<float> weights_at(const cv::Vec3f& lab, const std::vector<Swatch>& swatches, bool by_lightness) {
   std::vector<float> weights;
   weights.reserve(swatches.size());
-  for (const Swatch& swatch : swatches) weights.push_back(static_cast<float>(cv::norm(lab - swatch.tone)));
+  for (const Swatch& swatch : swatches) {
+    const cv::Vec3f apart = lab - swatch.tone;
+    weights.push_back(by_lightness ? std::abs(apart[0]) : static_cast<float>(cv::norm(apart)));
+  }
   const float nearest = *std::min_element(weights.begin(), weights.end());
   float squares = 0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -160,7 +163,8 @@ Brushwork::Brushwork(std::span<const StylePicture> paintings, cv::Size frame) : 
     }
 }
 
-cv::Mat Brushwork::laid_onto(const cv::Mat& picture, const SurfaceTexture& surfaces, double amount) const {
+cv::Mat Brushwork::laid_onto(const cv::Mat& picture, const SurfaceTexture& surfaces, double amount,
+                             bool by_lightness) const {
   if (picture.size() != surfaces.size())
     fail("a picture and the surfaces that it shows have different sizes");
   const cv::Mat even = blurred(picture, brush_), lab = lab_of(even), detail = picture - even;
@@ -171,7 +175,7 @@ cv::Mat Brushwork::laid_onto(const cv::Mat& picture, const SurfaceTexture& surfa
     for (int y = rows.start; y < rows.end; ++y)
       for (int x = 0; x < picture.cols; ++x) {
         const std::vector<SurfaceTexture::Place> places = surfaces.places(y, x);
-        const std::vector<float> weights = weights_at(lab.at<cv::Vec3f>(y, x), swatches_);
+        const std::vector<float> weights = weights_at(lab.at<cv::Vec3f>(y, x), swatches_, by_lightness);
         for (std::size_t i = 0; i < weights.size(); ++i) {
           const double own = swatches_[i].mean_square;
           if (weights[i] < least_weight || own == 0) continue;

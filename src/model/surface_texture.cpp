@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -34,16 +35,28 @@ cv::Vec3f step_at(const cv::Mat& points, int y, int x, int down, int right) {
   return forward.dot(forward) < backward.dot(backward) ? forward : backward;
 }
 
+/// The middle of the numbers around a pixel, up to two pixels away, of those above 0; 0 without any.
+float median_around(const cv::Mat& numbers, int y, int x) {
+  std::vector<float> known;
+  for (int v = std::max(0, y - 2); v <= std::min(numbers.rows - 1, y + 2); ++v)
+    for (int u = std::max(0, x - 2); u <= std::min(numbers.cols - 1, x + 2); ++u)
+      if (const float number = numbers.at<float>(v, u); number > 0) known.push_back(number);
+  if (known.empty()) return 0;
+  const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+  std::nth_element(known.begin(), middle, known.end());
+  return *middle;
+}
+
 /// How far neighbouring pixels are apart on the surface, CV_32FC1; 0 where it is not known.
 cv::Mat step_lengths(const cv::Mat& points) {
-  cv::Mat lengths(points.size(), CV_32FC1), calm;
+  cv::Mat lengths(points.size(), CV_32FC1, cv::Scalar(0)), calm(points.size(), CV_32FC1);
   for (int y = 0; y < points.rows; ++y)
-    for (int x = 0; x < points.cols; ++x) {
-      const double length =
-          std::max(cv::norm(step_at(points, y, x, 1, 0)), cv::norm(step_at(points, y, x, 0, 1)));
-      lengths.at<float>(y, x) = std::isfinite(length) ? static_cast<float>(length) : 0.0f;
-    }
-  cv::medianBlur(lengths, calm, 5);
+    for (int x = 0; x < points.cols; ++x)
+      for (const cv::Vec3f& step : {step_at(points, y, x, 1, 0), step_at(points, y, x, 0, 1)})
+        if (known(step))
+          lengths.at<float>(y, x) = std::max(lengths.at<float>(y, x), static_cast<float>(cv::norm(step)));
+  for (int y = 0; y < points.rows; ++y)
+    for (int x = 0; x < points.cols; ++x) calm.at<float>(y, x) = median_around(lengths, y, x);
   return calm;
 }
 
@@ -52,8 +65,9 @@ struct Tangent {
   cv::Vec3f point, right, down;
 };
 
-/// The plane through the neighbours of a pixel that are about as near on the surface as they are in the
-/// picture. (A mean would be drawn away from edges, where there are none beyond.)
+/// The plane through the neighbours of a pixel, the less the farther they are on the surface beside what they
+/// are in the picture, and not through those beyond an edge. (A mean would be drawn away from edges, where
+/// there are none beyond.)
 Tangent tangent_at(const cv::Mat& points, int y, int x, float step) {
   const cv::Vec3f& here = points.at<cv::Vec3f>(y, x);
   const int top = std::max(0, y - smoothing_radius), bottom = std::min(points.rows - 1, y + smoothing_radius);
@@ -138,13 +152,14 @@ std::vector<SurfaceTexture::Place> SurfaceTexture::places(int y, int x) const {
   const float octave = octaves_.at<float>(y, x), lower = std::floor(octave), upper_share = octave - lower;
   float squares = 0;
   for (const float coarser : {0.0f, 1.0f}) {
-    const double size = std::exp2(static_cast<double>(lower + coarser));
+    const double octave_here = lower + coarser, size = std::exp2(octave_here);
     for (int axis = 0; axis < 3; ++axis) {
       const float weight = (coarser > 0 ? upper_share : 1 - upper_share) * facing[axis];
       if (weight < least_weight) continue;
-      // Upright on walls where y is up; shifted, so that the axes do not mirror each other.
+      // Upright on walls where y is up; shifted, so that neither axes nor octaves show the same.
       const double u = axis == 0 ? point[2] : point[0], v = axis == 1 ? point[2] : point[1];
-      places.push_back({u / size + 37.7 * axis, -v / size + 91.3 * axis, weight});
+      places.push_back({u / size + 37.7 * axis + 53.3 * octave_here,
+                        -v / size + 91.3 * axis + 71.9 * octave_here, weight});
       squares += weight * weight;
     }
   }

@@ -30,9 +30,10 @@ class Brushwork {
   Brushwork(std::span<const StylePicture> paintings, cv::Size frame);
 
   /// A stylised picture, CV_32FC3 RGB, with strokes: at every pixel those of the tones that it has, the less
-  /// the more detail is there already; in [0, 1]. An amount of 1 is as strong as in the painting. Throws
-  /// Error for surfaces of another size.
-  cv::Mat laid_onto(const cv::Mat& picture, const SurfaceTexture& surfaces, double amount) const;
+  /// the more detail is there already; in [0, 1]. An amount of 1 is at most as strong as in the painting.
+  /// `by_lightness`: tones are alike when their lightness is. Throws Error for surfaces of another size.
+  cv::Mat laid_onto(const cv::Mat& picture, const SurfaceTexture& surfaces, double amount,
+                    bool by_lightness = false) const;
 
  private:
   double brush_;  ///< the Gaussian's sigma in pixels of a frame

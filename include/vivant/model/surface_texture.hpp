@@ -25,9 +25,9 @@ class SurfaceTexture {
   static constexpr double texel = 1.4;  ///< pixels: finer ones flicker
 
  private:
-  cv::Mat points_;   ///< smoothed
+  cv::Mat points_;   ///< smoothed; NaN where the others mean nothing
   cv::Mat facing_;   ///< CV_32FC3, how far the surface faces each axis; the sum is 1
-  cv::Mat octaves_;  ///< CV_32FC1, log2 of a pixel's size on the surface
+  cv::Mat octaves_;  ///< CV_32FC1, log2 of a texel's size on the surface
 };
 
 /// The mixture of the colours that a texture has at the places: CV_32FC3 of mean 0, whose mean square the

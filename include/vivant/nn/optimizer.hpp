@@ -55,8 +55,8 @@ std::unique_ptr<Optimizer> optimise(Device& device, Graph& graph, ParameterStore
                                     const Optimizer::Options& options);
 
 /// How learning rates change over the steps: a linear warm-up, an exponential decay to `decay` times the base
-/// and, on top of it, a linear fall to zero over the last part of the steps, `cooldown` of them: a high rate
-/// learns fast, and its noise goes at the end.
+/// and, on top of it, a linear fall to zero over the last part of the steps, of which `cooldown` is the
+/// share: a high rate learns fast, and its noise goes at the end.
 struct RateSchedule {
   std::int64_t steps = 1, warmup = 0;
   double decay = 1, cooldown = 0;
