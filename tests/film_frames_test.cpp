@@ -11,6 +11,18 @@ using namespace vivant;
 
 namespace {
 
+/// A run of scene and person that can be stylised, with as little training as there can be.
+struct TrainedRun {
+  TemporaryFolder folder;
+  Device device;
+  Progress progress{ProgressMode::none, false};
+  OpenRun run =
+      open_run(device,
+               make_tiny_run(device, folder.path(), true, 0,
+                             {"scene.steps=20", "human.steps=20", "features.steps=2", "features.views=2"}),
+               progress);
+};
+
 /// How far the pictures of two shots lie apart along the flow.
 double change(FilmFrames& frames, int from, int to, const cv::Mat& first, const cv::Mat& second) {
   const SurfaceFlow flow(nullptr, 1);
@@ -23,14 +35,9 @@ double change(FilmFrames& frames, int from, int to, const cv::Mat& first, const 
 }  // namespace
 
 TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked for first") {
-  const TemporaryFolder folder;
-  Device device;
-  Progress progress(ProgressMode::none, false);
-  const OpenRun run =
-      open_run(device,
-               make_tiny_run(device, folder.path(), true, 0,
-                             {"scene.steps=20", "human.steps=20", "features.steps=2", "features.views=2"}),
-               progress);
+  TrainedRun trained;
+  Device& device = trained.device;
+  const OpenRun& run = trained.run;
   const FilmOptions options{.views = "orbit", .orbit_angle = 3, .orbit_frames = 6, .size = std::pair(96, 72)};
   const Film film = plan_film(run, run, options);
   Look look = Look::whole({{asset_path("styles/cubist.jpg")}});
@@ -101,14 +108,9 @@ TEST_CASE("film frames: the mean over neighbouring shots, whichever are asked fo
 }
 
 TEST_CASE("film frames: brushwork lies on what is painted, and nowhere else") {
-  const TemporaryFolder folder;
-  Device device;
-  Progress progress(ProgressMode::none, false);
-  const OpenRun run =
-      open_run(device,
-               make_tiny_run(device, folder.path(), true, 0,
-                             {"scene.steps=20", "human.steps=20", "features.steps=2", "features.views=2"}),
-               progress);
+  TrainedRun trained;
+  Device& device = trained.device;
+  const OpenRun& run = trained.run;
   const Film film =
       plan_film(run, run, {.views = "orbit", .orbit_angle = 3, .orbit_frames = 2, .size = std::pair(96, 72)});
   Look plain = Look::whole({{asset_path("styles/impasto.jpg")}}), brushed = plain, grey = plain,

@@ -152,14 +152,13 @@ std::vector<float> FilmStylizer::paint(const LayerFrame& frame, std::size_t inde
 cv::Mat FilmStylizer::with_brushwork(const cv::Mat& picture, const SurfaceTexture& surfaces,
                                      std::size_t index, Layer layer) const {
   const Look& look = state_->looks.at(index);
-  const State::Painter* painter = state_->painter(look.mixture(layer));
+  const Brushwork& brushwork = *state_->painter(look.mixture(layer))->brushwork;
   const double amount = look.strength * look.brushwork;
-  if (!painter || amount == 0) return picture;
-  if (!look.keep_colour) return painter->brushwork->laid_onto(picture, surfaces, amount);
+  if (!look.keep_colour) return brushwork.laid_onto(picture, surfaces, amount);
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
   cv::cvtColor(grey, grey, cv::COLOR_GRAY2RGB);
-  const cv::Mat stroked = painter->brushwork->laid_onto(grey, surfaces, amount, true);
+  const cv::Mat stroked = brushwork.laid_onto(grey, surfaces, amount, true);
   take_chroma(floats_of(stroked), floats_of(picture));
   return stroked;
 }

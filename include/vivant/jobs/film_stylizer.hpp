@@ -47,7 +47,8 @@ class FilmStylizer {
   /// The whole frame's colours [H, W, 3] in the style that the look of this index has for the layer, as
   /// rendered without one. Those of the person alone are not multiplied with alpha.
   std::vector<float> paint(const LayerFrame& frame, std::size_t look, Layer layer);
-  /// A painted picture of the layer, CV_32FC3, with the brushwork that the look has for it.
+  /// A painted picture of the layer, CV_32FC3, with the brushwork of the look, which must have some and a
+  /// style for the layer.
   cv::Mat with_brushwork(const cv::Mat& picture, const SurfaceTexture& surfaces, std::size_t look,
                          Layer layer) const;
 
