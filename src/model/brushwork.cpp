@@ -154,11 +154,10 @@ std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush) {
 }
 
 Brushwork::Brushwork(std::span<const StylePicture> paintings, cv::Size frame) : brush_(brush_of(frame)) {
-  double sum = 0;
-  for (const StylePicture& painting : paintings) sum += painting.weight;
-  for (const StylePicture& painting : paintings)
-    for (Swatch& swatch : swatches_of(painting.picture, brush_ / SurfaceTexture::texel)) {
-      swatch.share = painting.weight / sum;
+  const std::vector<double> shares = shares_of(paintings);
+  for (std::size_t i = 0; i < paintings.size(); ++i)
+    for (Swatch& swatch : swatches_of(paintings[i].picture, brush_ / SurfaceTexture::texel)) {
+      swatch.share = shares[i];
       swatches_.push_back(std::move(swatch));
     }
 }

@@ -65,7 +65,12 @@ struct Painting {
   DetailStrength detail;
 };
 
-/// The shares of the styles, which sum up to 1.
+std::span<const float> floats_of(const cv::Mat& picture) {
+  return {picture.ptr<float>(), picture.total() * picture.channels()};
+}
+
+}  // namespace
+
 std::vector<double> shares_of(std::span<const StylePicture> styles) {
   double sum = 0;
   std::vector<double> shares;
@@ -76,12 +81,6 @@ std::vector<double> shares_of(std::span<const StylePicture> styles) {
   for (const StylePicture& style : styles) shares.push_back(style.weight / sum);
   return shares;
 }
-
-std::span<const float> floats_of(const cv::Mat& picture) {
-  return {picture.ptr<float>(), picture.total() * picture.channels()};
-}
-
-}  // namespace
 
 Camera feature_camera(const Camera& camera) {
   constexpr int scale = Stylizer::scale;

@@ -26,7 +26,7 @@ std::vector<Swatch> swatches_of(const cv::Mat& painting, double brush);
 /// the surface they stay where they are while the camera moves, and go with the person.
 class Brushwork {
  public:
-  /// For frames of this size. Of the paintings' weights only the ratios count.
+  /// For frames of this size. Of the paintings' weights only the ratios count; throws as shares_of does.
   Brushwork(std::span<const StylePicture> paintings, cv::Size frame);
 
   /// A stylised picture, CV_32FC3 RGB, with strokes: at every pixel those of the tones that it has, the less

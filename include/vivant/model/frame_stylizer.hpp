@@ -32,6 +32,10 @@ struct StylePicture {
   double weight = 1;
 };
 
+/// The shares of the pictures in the mixture, which sum up to 1. Throws Error for a weight that is not above
+/// 0.
+std::vector<double> shares_of(std::span<const StylePicture> styles);
+
 /// Stylises frames of one size in tiles, so that memory does not grow with the frame; tiles do not show.
 class FrameStylizer {
  public:
