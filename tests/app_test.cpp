@@ -50,6 +50,18 @@ void check_linear_error(const TensorFile& file, const std::string& part, const s
 
 }  // namespace
 
+TEST_CASE("command line: an option that would say nothing is refused") {
+  for (const auto& [options, message] :
+       {std::pair("--strength 0.5", "--strength is of a stylised film: give --style"),
+        {"--keep-colour", "--keep-colour is of a stylised film: give --style"},
+        {"--orbit-angle 9", "--orbit-angle is of an orbit: give --views orbit"},
+        {"--motion-names names.json", "--motion-names is of a motion: give --motion"}}) {
+    const Finished run = run_vivant(std::string("render nowhere -o film.mp4 ") + options);
+    CHECK(run.exit_code == 2);
+    CHECK(run.err == fmt::format("vivant: {}\n", message));
+  }
+}
+
 TEST_CASE("command line: every command has help with an example") {
   for (const std::string command :
        {"synth", "devices", "op list", "op show", "op run", "bench", "bench roofline", "tune"}) {

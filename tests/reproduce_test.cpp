@@ -14,9 +14,10 @@ namespace fs = std::filesystem;
 namespace {
 
 /// `vivant reproduce` of the tiny capture into `folder`, all stages with a step or two.
-std::vector<std::string> tiny_reproduction(const fs::path& folder, const std::string& style = "mosaic") {
+std::vector<std::string> tiny_reproduction(const fs::path& folder, const std::string& style = "mosaic",
+                                           const fs::path& capture = tiny_capture()) {
   // The motion is as short as the capture: quick.
-  std::vector<std::string> arguments = {"reproduce", tiny_capture().string(),
+  std::vector<std::string> arguments = {"reproduce", capture.string(),
                                         "-o",        folder.string(),
                                         "--motion",  (tiny_capture() / "poses.safetensors").string(),
                                         "--style",   asset_path("styles/" + style + ".jpg").string()};
@@ -70,12 +71,51 @@ void check_rows(const nlohmann::json& rows) {
 }
 
 double value_of(const nlohmann::json& rows, const std::string& table, const std::string& method,
-                const std::string& metric) {
+                const std::string& metric, const std::string& capture = "walk") {
   for (const nlohmann::json& row : rows)
-    if (row.at("table") == table && row.at("method") == method && row.at("metric") == metric)
+    if (row.at("table") == table && row.at("method") == method && row.at("metric") == metric &&
+        row.at("capture") == capture)
       return row.at("value");
   FAIL("no row " << table << ", " << method << ", " << metric);
   return 0;
+}
+
+/// A second capture of which all is done, so that its report is joined with the first one's at once: the
+/// first capture's, whose planes took 30 ms longer.
+void check_joined(const fs::path& made, const fs::path& folder) {
+  const fs::path second = folder / "stroll", output = folder / "both";
+  fs::copy(tiny_capture(), second, fs::copy_options::recursive);
+  for (const char* name : {"walk", "stroll"}) {
+    fs::create_directories(output / name);
+    fs::copy(made / "results", output / name / "results");
+    fs::copy(made / "plan.json", output / name / "plan.json");
+  }
+  nlohmann::json plan = read_json(output / "stroll/plan.json"),
+                 time = read_json(output / "stroll/results/run-time.json");
+  plan["capture"] = fs::canonical(second).string();
+  time["planes_ms"] = time["planes_ms"].get<double>() + 30;
+  write_text_file(output / "stroll/plan.json", plan.dump());
+  write_text_file(output / "stroll/results/run-time.json", time.dump());
+
+  std::vector<std::string> arguments = tiny_reproduction(output);
+  arguments.push_back(second.string());
+  const Finished both = run_tiny(arguments);
+  REQUIRE_MESSAGE(both.exit_code == 0, both.err);
+  const nlohmann::json rows = read_json(output / "report.json").at("rows");
+  const std::string near = "ST-LPIPS gap 1", metric = "ms for 4096 rays x 16 samples";
+  CHECK(value_of(rows, "novel views", "vivant", near, "mean") ==
+        doctest::Approx(value_of(rows, "novel views", "vivant", near, "stroll")));
+  CHECK(value_of(rows, "run time", "tri-plane", metric, "mean") ==
+        doctest::Approx(value_of(rows, "run time", "tri-plane", metric) + 15));
+  const std::string text = read_whole_file(output / "report.md");
+  for (const char* title : {"## mean: original views", "## walk: run time", "## stroll: run time"}) {
+    CAPTURE(std::string(title));
+    CHECK(contains(text, title));
+  }
+  const Finished twice =
+      run_vivant("reproduce " + second.string() + " " + (second / "transforms.json").string());
+  CHECK(twice.exit_code == 2);
+  CHECK(twice.err == "vivant: two captures are called 'stroll': rename one\n");
 }
 
 }  // namespace
@@ -118,6 +158,9 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
         value_of(rows, "2D methods on our rendered frames", "AdaAttN on rendered frames", near));
   CHECK(novel("vanilla tri-plane", near) != value_of(rows, "vanilla tri-plane", "vanilla tri-plane", near));
   CHECK(novel("vanilla tri-plane", near) == novel("original views", near));
+  CHECK(value_of(rows, "novel poses", "vanilla tri-plane", near) != novel("novel poses", near));
+  CHECK(novel("novel views", "content distance") > 0);
+  CHECK(value_of(rows, "held-out frames", "vivant", "background's PSNR, dB") > 0);
   CHECK(contains(read_whole_file(output / "runs/vivant/config.toml"), "\nplanes = \"full\""));
   CHECK(contains(read_whole_file(output / "runs/vanilla-tri-plane/config.toml"), "\nplanes = \"vanilla\""));
 
@@ -132,11 +175,14 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
 
   const std::string text = read_whole_file(output / "report.md"),
                     page = read_whole_file(output / "report.html");
-  for (const char* part : {"## original views", "| CCPL |", "paper: LPIPS", "not LPIPS", "NeuMan",
-                           "scene.steps = 2", "DIS on the capture"}) {
+  for (const char* part :
+       {"## original views", "| CCPL |", "paper: LPIPS", "not LPIPS", "NeuMan", "scene.steps = 2",
+        "DIS on the capture", "what `vivant train` makes", "Held-out frames: "}) {
+    CAPTURE(std::string(part));
     CHECK(contains(text, part));
   }
   CHECK(contains(page, "<video"));
+  CHECK(contains(page, "novel views, mosaic: consistency, gap 1"));
 
   // Once more: nothing is made anew.
   const auto before = written(output);
@@ -145,6 +191,7 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
   CHECK(again.out == made.out);
   CHECK(written(output) == before);
   CHECK(read_json(output / "report.json").at("rows") == rows);
+  check_joined(output, folder.path());
   // Films of an older program's AdaAttN are not mixed with these.
   const std::string plan = read_whole_file(output / "plan.json");
   nlohmann::json older = read_json(output / "plan.json");

@@ -20,20 +20,17 @@ void print(const Report& report, const nlohmann::ordered_json& data, bool json) 
 
 /// What one says of a film, or of its style, means nothing when there is none.
 void refuse_unused(const CLI::App& command, const Arguments& arguments) {
-  const auto refuse = [&](std::initializer_list<const char*> names, const char* without) {
-    for (const char* name : names)
-      if (command.count(name) > 0) throw UsageError(fmt::format("{} {}", name, without));
-  };
   const bool stylised = arguments.film.look.stylised(), moved = !arguments.film.film.motion.empty();
-  if (!stylised)
-    refuse({"--flow", "--strength", "--brushwork", "--keep-colour"}, "is of a stylised film: give --style");
-  if (!moved) refuse({"--motion-names"}, "is of a motion: give --motion");
+  if (!stylised) refuse_options(command, {"--flow"}, "is of a stylised film: give --style");
   if (stylised || moved || !arguments.pictures.truth.empty())
-    refuse({"--fit-poses"}, "is of the run's own held-out frames: leave --style, --motion and --truth out");
-  if (stylised || moved) return;
-  refuse({"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene", "--place"},
-         arguments.pictures.truth.empty() ? "is of a film: give --motion or --style"
-                                          : "is of a film, which --truth is not: leave it out");
+    refuse_options(command, {"--fit-poses"},
+                   "is of the run's own held-out frames: leave --style, --motion and --truth out");
+  if (!stylised && !moved)
+    refuse_options(command,
+                   {"--views", "--orbit-angle", "--orbit-frames", "--size", "--frames", "--scene", "--place"},
+                   arguments.pictures.truth.empty() ? "is of a film: give --motion or --style"
+                                                    : "is of a film, which --truth is not: leave it out");
+  app::refuse_unused(command, arguments.film.film, arguments.film.look);
 }
 
 void run(Arguments& arguments, const Globals& globals) {

@@ -46,6 +46,21 @@ CLI::Option* add_film(CLI::App& command, FilmOptions& film, std::filesystem::pat
   return views;
 }
 
+void refuse_options(const CLI::App& command, std::initializer_list<const char*> names,
+                    const std::string& why) {
+  for (const char* name : names)
+    if (command.count(name) > 0) throw UsageError(fmt::format("{} {}", name, why));
+}
+
+void refuse_unused(const CLI::App& command, const FilmOptions& film, const Look& look) {
+  if (!look.stylised())
+    refuse_options(command, {"--strength", "--brushwork", "--keep-colour"},
+                   "is of a stylised film: give --style");
+  if (film.motion.empty()) refuse_options(command, {"--motion-names"}, "is of a motion: give --motion");
+  if (film.views != "orbit")
+    refuse_options(command, {"--orbit-angle", "--orbit-frames"}, "is of an orbit: give --views orbit");
+}
+
 void StyleTexts::apply(Look& look) const {
   if (!both.empty()) look.person = look.scene = mixture_from(both);
   if (!person.empty()) look.person = mixture_from(person);

@@ -28,8 +28,9 @@ void add_render(CLI::App& app, const Globals& globals) {
   command->add_option("-o,--output", options->output, "a film (.mp4) or a folder for pictures")
       ->required()
       ->type_name("FILE|DIR");
-  command->callback([options, styles, views, &globals] {
+  command->callback([options, styles, views, command, &globals] {
     styles->apply(options->look);
+    refuse_unused(*command, options->film, options->look);
     if ((!options->film.motion.empty() || !options->scene.empty()) && views->count() == 0)
       options->film.views = "first";
     Device device(globals.device);

@@ -51,6 +51,7 @@ void add_train(CLI::App& app, const Globals& globals) {
       ->type_name("NAME");
   command->add_option("--config", arguments->config_file, "TOML file with settings")->type_name("FILE");
   command->add_option("--set", arguments->settings, "one setting, such as scene.steps=500; may be repeated")
+      ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
   command->add_option("--stage", arguments->stage, "which part to train")
       ->check(CLI::IsMember({"reconstruct", "features", "style", "all"}));

@@ -41,8 +41,8 @@ std::string base64(const std::string& bytes) {
   return result;
 }
 
-constexpr std::array<const char*, 6> colours = {"#1f77b4", "#d62728", "#2ca02c",
-                                                "#9467bd", "#ff7f0e", "#17becf"};
+constexpr std::array<const char*, 8> colours = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
+                                                "#ff7f0e", "#17becf", "#8c564b", "#7f7f7f"};
 
 /// Where a plot's values lie on the page.
 struct Axes {

@@ -48,9 +48,17 @@ std::string dashed(std::string name) {
   return name;
 }
 
+/// The capture's folder, of which `path` may be the transforms.json.
+fs::path capture_folder(const fs::path& path) {
+  const fs::path full = fs::weakly_canonical(path);
+  return fs::is_regular_file(full) ? full.parent_path() : full;
+}
+
+/// One capture's part of it.
 class Plan {
  public:
-  Plan(Device& device, const ReproduceOptions& options, Progress& progress);
+  Plan(Device& device, const ReproduceOptions& options, const fs::path& capture, const fs::path& output,
+       Progress& progress);
 
   const fs::path& folder() const { return folder_; }
   const ReproductionPlan& subject() const { return subject_; }
@@ -84,16 +92,16 @@ class Plan {
   ReproductionPlan subject_;
 };
 
-Plan::Plan(Device& device, const ReproduceOptions& options, Progress& progress)
+Plan::Plan(Device& device, const ReproduceOptions& options, const fs::path& capture, const fs::path& output,
+           Progress& progress)
     : device_(device),
       progress_(progress),
       config_(options.config),
-      capture_(load_capture(options.capture)),
+      capture_(load_capture(capture)),
       styles_(options.styles.empty() ? pictures_below(asset_path("styles")) : options.styles),
-      capture_path_(fs::canonical(options.capture)) {
-  if (fs::is_regular_file(capture_path_)) capture_path_ = capture_path_.parent_path();
-  subject_ = {capture_path_.filename().string(), config_, {}, {}, camera_only_rotates(capture_)};
-  folder_ = options.output.empty() ? fs::path(subject_.capture + "-report") : options.output;
+      capture_path_(capture_folder(capture)),
+      folder_(output),
+      subject_{capture_path_.filename().string(), config_, {}, {}, camera_only_rotates(capture_)} {
   for (const fs::path& style : styles_) {
     read_image(style);  // a bad one stops the program before hours of work
     const std::string name = style.stem().string();
@@ -243,13 +251,11 @@ void Plan::add_films(std::vector<Stage>& stages, const FilmedViews& views) {
                         }});
     };
     paint(method_rendered, rendered);
-    if (original) {
-      paint(method_captured, captured);
-      const fs::path vanilla = film_folder(of_style + " " + method_vanilla);
-      film.others.push_back({method_vanilla, vanilla});
-      stages.push_back({of_style + ", " + method_vanilla,
-                        [=, this] { return render_frames(method_vanilla, views, look(s), vanilla); }});
-    }
+    if (original) paint(method_captured, captured);
+    const fs::path vanilla = film_folder(of_style + " " + method_vanilla);
+    film.others.push_back({method_vanilla, vanilla});
+    stages.push_back({of_style + ", " + method_vanilla,
+                      [=, this] { return render_frames(method_vanilla, views, look(s), vanilla); }});
     stages.push_back({film_stage(views.name, subject_.styles[s]),
                       [=, this] { return evaluate_film(device_, film, progress_).json(); }});
   }
@@ -297,37 +303,43 @@ std::vector<Report::Video> Plan::videos() const {
   return videos;
 }
 
+Reproduction made_by(Plan& plan) {
+  const StageResults results = plan.run();
+  const ReproductionPlan& subject = plan.subject();
+  Reproduction made{reproduction_rows(subject, results), {}, plan.folder()};
+  made.report = {"The paper's tables: " + subject.capture, reproduction_notes(subject, results, made.rows),
+                 reproduction_tables(made.rows), reproduction_plots(subject, results), plan.videos()};
+  write_reproduction(made);
+  return made;
+}
+
 }  // namespace
 
 std::string film_stage(const std::string& views, const std::string& style) {
   return fmt::format("measure {} {}", views, style);
 }
 
-ordered_json Reproduction::json() const {
-  ordered_json all = {{"rows", ordered_json::array()}};
-  const auto number = [](const std::optional<double>& value) {
-    return value ? ordered_json(*value) : ordered_json();
-  };
-  for (const ReproductionRow& row : rows)
-    all["rows"].push_back({{"table", row.table},
-                           {"capture", capture},
-                           {"method", row.method},
-                           {"metric", row.metric},
-                           {"value", number(row.value)},
-                           {"paper", number(row.paper)}});
-  return all;
-}
-
 Reproduction reproduce(Device& device, const ReproduceOptions& options, Progress& progress) {
-  Plan plan(device, options, progress);
-  const StageResults results = plan.run();
-  Reproduction made{plan.subject().capture, reproduction_rows(plan.subject(), results), {}, plan.folder()};
-  made.report = reproduction_report(plan.subject(), results, made.rows);
-  made.report.videos = plan.videos();
-  write_text_file(plan.folder() / "report.json", made.json().dump(1) + "\n");
-  write_text_file(plan.folder() / "report.md", made.report.markdown());
-  write_text_file(plan.folder() / "report.html", made.report.html());
-  return made;
+  std::vector<std::string> names;
+  for (const fs::path& capture : options.captures) {
+    names.push_back(capture_folder(capture).filename().string());
+    if (std::count(names.begin(), names.end(), names.back()) > 1)
+      throw UsageError(fmt::format("two captures are called '{}': rename one", names.back()));
+  }
+  const bool alone = names.size() == 1;
+  const fs::path standard = alone ? names[0] + "-report" : "reproduction",
+                 output = options.output.empty() ? standard : options.output;
+  std::vector<std::unique_ptr<Plan>>
+      plans;  // all, so that a bad capture stops the program before hours of work
+  for (std::size_t i = 0; i < names.size(); ++i)
+    plans.push_back(std::make_unique<Plan>(device, options, options.captures[i],
+                                           alone ? output : output / names[i], progress));
+  std::vector<Reproduction> all;
+  for (const auto& plan : plans) all.push_back(made_by(*plan));
+  if (alone) return all[0];
+  const Reproduction one = joined(all, output);
+  write_reproduction(one);
+  return one;
 }
 
 }  // namespace vivant
