@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "child_process.hpp"
+#include "vivant/io/assets.hpp"
 #include "vivant/io/safetensors.hpp"
 
 using namespace vivant;
@@ -60,6 +61,14 @@ TEST_CASE("command line: an option that would say nothing is refused") {
     CHECK(run.exit_code == 2);
     CHECK(run.err == fmt::format("vivant: {}\n", message));
   }
+}
+
+TEST_CASE("command line: a style's weight is a number") {
+  const std::string style = asset_path("styles/mosaic.jpg").string() + ":many";
+  const Finished run = run_vivant("render nowhere -o film.mp4 --style " + style);
+  CHECK(run.exit_code == 2);
+  CHECK(run.err ==
+        fmt::format("vivant: a style is IMAGE or IMAGE:WEIGHT with a weight above 0, not '{}'\n", style));
 }
 
 TEST_CASE("command line: every command has help with an example") {

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 
@@ -23,8 +24,9 @@ StyleShare share_from(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos) return {text};
   const auto weight = number_from(std::string_view(text).substr(colon + 1));
-  if (!weight) return {text};  // a colon of the file's name
-  if (!(*weight > 0) || !std::isfinite(*weight) || colon == 0)
+  const bool picture_before = std::filesystem::is_regular_file(text.substr(0, colon));
+  if (!weight && !picture_before) return {text};  // a colon of the file's name
+  if (!weight || !(*weight > 0) || !std::isfinite(*weight) || colon == 0)
     throw UsageError(fmt::format("a style is IMAGE or IMAGE:WEIGHT with a weight above 0, not '{}'", text));
   return {text.substr(0, colon), *weight};
 }

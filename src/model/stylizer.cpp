@@ -227,8 +227,10 @@ void load_stylizer(ParameterStore& store, const Stylizer& stylizer, const Tensor
   const auto named = file.metadata.find("form");
   const std::string form = stylizer.options().form();
   if ((named == file.metadata.end() ? "guided" : named->second) != form)
-    fail("{} holds no weights of the form {}: `vivant pretrain-stylizer --form {}` trains some", file.source,
-         form, form);
+    fail(
+        "{} holds no weights of the form {}: `vivant pretrain-stylizer --form {}` trains some, for "
+        "--stylizer",
+        file.source, form, form);
   for (const ParameterStore::Parameter& parameter : store.parameters()) {
     if (!parameter.name.starts_with(stylizer.name() + ".")) continue;
     const std::vector<double> values = file.finite_doubles(parameter.name, parameter.shape.extents());
