@@ -28,9 +28,7 @@ const std::vector<Preset>& presets() {
         "features.views=24", "style.steps=120", "style.crop=128", "style.novel_views=8"}},
       {"standard", {}},
       {"quality",
-       {"scene.plane_size=512", "scene.plane_scales=5", "scene.rays=8192", "scene.samples=128",
-        "scene.coarse_samples=128", "scene.steps=20000", "human.steps=15000", "human.rays=4096",
-        "features.steps=5000", "style.steps=2000"}},
+       {"scene.plane_size=512", "scene.plane_scales=5", "scene.variation_weight=0.15", "scene.steps=14000"}},
   };
   return all;
 }
