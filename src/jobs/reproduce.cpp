@@ -329,8 +329,8 @@ Reproduction reproduce(Device& device, const ReproduceOptions& options, Progress
   const bool alone = names.size() == 1;
   const fs::path standard = alone ? names[0] + "-report" : "reproduction",
                  output = options.output.empty() ? standard : options.output;
-  std::vector<std::unique_ptr<Plan>>
-      plans;  // all, so that a bad capture stops the program before hours of work
+  // All plans first: a bad capture stops the program before hours of work.
+  std::vector<std::unique_ptr<Plan>> plans;
   for (std::size_t i = 0; i < names.size(); ++i)
     plans.push_back(std::make_unique<Plan>(device, options, options.captures[i],
                                            alone ? output : output / names[i], progress));

@@ -31,11 +31,11 @@ double value_of(const std::vector<ReproductionRow>& rows, const std::string& tab
 /// Whether guided planes are steadier, and what the held-out frames say of the reason.
 std::string guided_or_vanilla(const ReproductionPlan& plan, const std::vector<ReproductionRow>& rows) {
   constexpr double papers = 0.182 / 0.207, alike = 0.5;  // dB
-  std::string note =
-      "Vanilla tri-plane: planes of scene and person optimised directly, all other settings and steps the "
-      "same; its films are measured by the same flow.";
-  if (plan.config.scene.planes == "vanilla")
-    note += " So does the preset itself: the row of vanilla planes is what `vivant train` makes.";
+  std::string note = "Vanilla tri-plane: planes of scene and person optimised directly";
+  note += plan.config.scene.planes == "vanilla"
+              ? ", as the preset does: its row is what `vivant train` makes. "
+              : ". ";
+  note += "All other settings and steps are the same; its films are measured by the same flow.";
   const double guided = value_of(rows, held_out_table, method_ours, held_out_psnr),
                vanilla = value_of(rows, held_out_table, method_vanilla, held_out_psnr),
                ratio = value_of(rows, vanilla_table, method_ours, both_gaps) /
