@@ -335,6 +335,7 @@ Reproduction reproduce(Device& device, const ReproduceOptions& options, Progress
     plans.push_back(std::make_unique<Plan>(device, options, options.captures[i],
                                            alone ? output : output / names[i], progress));
   std::vector<Reproduction> all;
+  all.reserve(plans.size());
   for (const auto& plan : plans) all.push_back(made_by(*plan));
   if (alone) return all[0];
   const Reproduction one = joined(all, output);
