@@ -33,8 +33,10 @@ Vector3d root(const OpenRun& run, const Shot& shot) {
   return run.model->human()->body().body().joints[0] + shot.person->translation;
 }
 
-Placement start(const OpenRun& run) {
-  return start_of(run.model->human()->body().body(), run.capture.human->poses);
+/// Where the person stands in a frame of the capture.
+Placement start(const OpenRun& run, int frame = 0) {
+  return standing_at(run.model->human()->body().body(), run.capture.human->poses,
+                     run.capture.frames[frame].body_frame);
 }
 
 bool same_camera(const Camera& a, const Camera& b) { return a.world_to_camera == b.world_to_camera; }
@@ -78,12 +80,18 @@ void check_other_scene(const OpenRun& walk, const OpenRun& other, const std::fil
   REQUIRE(film.shots.size() == walk.capture.frames.size());
   const Camera& first = other.capture.frames[other.capture.held_out_frames()[0]].camera;
   CHECK(same_camera(film.shots[0].camera, first));
-  CHECK(std::abs(root(walk, film.shots[0]).x() - start(other).x) < 1e-9);
-  CHECK(std::abs(root(walk, film.shots[0]).z() - start(other).z) < 1e-9);
+  const Placement there = start(other, other.capture.held_out_frames()[0]);
+  CHECK(std::abs(root(walk, film.shots[0]).x() - there.x) < 1e-9);
+  CHECK(std::abs(root(walk, film.shots[0]).z() - there.z) < 1e-9);
   CHECK_FALSE(film.known_poses);
   const Film animated = plan_film(walk, other, {.views = "first", .motion = poses});
   CHECK(same_camera(animated.shots.back().camera, other.capture.frames[0].camera));
   CHECK(std::abs(root(walk, animated.shots[0]).x() - start(other).x) < 1e-9);
+  // An orbit goes around the middle frame's person, who is elsewhere than the first frame's.
+  const int middle = static_cast<int>(other.capture.frames.size() / 2);
+  const Film orbit = plan_film(walk, other, {.views = "orbit", .motion = poses});
+  CHECK(std::abs(root(walk, orbit.shots[0]).x() - start(other, middle).x) < 1e-9);
+  CHECK(std::abs(start(other, middle).x - start(other).x) > 0.01);
 }
 
 /// A scene without a person needs a place, and may have another unit.

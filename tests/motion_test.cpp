@@ -76,7 +76,7 @@ TEST_CASE("motion: placing sets position, ground and heading") {
   const Motion motion = turning_motion();
   const Placement there{.x = 4, .y = -2, .z = 7, .yaw = 90};
   const Motion moved = placed(body, motion, there);
-  const Placement start = start_of(body, moved);
+  const Placement start = standing_at(body, moved);
   CHECK(start.x == doctest::Approx(4));
   CHECK(start.y == doctest::Approx(-2));
   CHECK(start.z == doctest::Approx(7));
@@ -87,7 +87,7 @@ TEST_CASE("motion: placing sets position, ground and heading") {
   CHECK((moved.pose[5][1] - motion.pose[5][1]).norm() < 1e-12);
   CHECK(heading({0, -M_PI / 2, 0}) == doctest::Approx(-90));
   // Placed where it stands, nothing moves.
-  const Motion still = placed(body, motion, start_of(body, motion));
+  const Motion still = placed(body, motion, standing_at(body, motion));
   for (int i = 0; i < 11; ++i) CHECK((still.translation[i] - motion.translation[i]).norm() < 1e-12);
 }
 

@@ -86,13 +86,13 @@ double heading(const Vector3d& root_axis_angle) {
   return std::atan2(forward.x(), forward.z()) * 180 / M_PI;
 }
 
-Placement start_of(const Body& body, const Motion& reference) {
-  const Vector3d root = body.joints[0] + reference.translation[0];
-  return {root.x(), ground_height(body, reference), root.z(), heading(reference.pose[0][0])};
+Placement standing_at(const Body& body, const Motion& motion, int frame) {
+  const Vector3d root = body.joints[0] + motion.translation[frame];
+  return {root.x(), ground_height(body, motion), root.z(), heading(motion.pose[frame][0])};
 }
 
 Motion placed(const Body& body, const Motion& motion, const Placement& placement) {
-  const Placement start = start_of(body, motion);
+  const Placement start = standing_at(body, motion);
   const Matrix3d turn = rotation_from_axis_angle({0, radians(placement.yaw - start.yaw), 0});
   const Vector3d from(start.x, start.y, start.z), to(placement.x, placement.y, placement.z);
   Motion out = motion;

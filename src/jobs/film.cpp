@@ -49,11 +49,28 @@ std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const F
   return {path, frames};
 }
 
-Place place_of(const OpenRun& scene, const FilmOptions& options) {
+std::vector<int> frames_with_person(const Capture& capture) {
+  std::vector<int> frames;
+  for (std::size_t i = 0; i < capture.frames.size(); ++i)
+    if (capture.frames[i].body_frame >= 0) frames.push_back(static_cast<int>(i));
+  return frames;
+}
+
+/// The frame of the capture's poses that is nearest to a frame of the capture.
+int nearest_pose(const Capture& capture, int frame) {
+  const std::vector<int> frames = frames_with_person(capture);
+  const int nearest = *std::min_element(
+      frames.begin(), frames.end(), [&](int a, int b) { return std::abs(a - frame) < std::abs(b - frame); });
+  return capture.frames[nearest].body_frame;
+}
+
+/// Where the scene's person stands when its views begin, if it is not said.
+Place place_of(const OpenRun& scene, const FilmOptions& options, int first_frame) {
   if (options.place) return *options.place;
   if (const HumanModel* human = scene.model->human()) {
-    const Placement start = start_of(human->body().body(), scene.capture.human->poses);
-    return {{start.x, start.y, start.z}, start.yaw};
+    const Placement there = standing_at(human->body().body(), scene.capture.human->poses,
+                                        nearest_pose(scene.capture, first_frame));
+    return {{there.x, there.y, there.z}, there.yaw};
   }
   const Eigen::Vector3d focus = focus_point(scene.capture);
   const double distance = (scene.capture.frames.front().camera.centre() - focus).norm();
@@ -63,14 +80,14 @@ Place place_of(const OpenRun& scene, const FilmOptions& options) {
       scene.folder.path().string(), focus.x(), focus.y(), focus.z(), distance));
 }
 
-/// The person in every frame of a motion.
+/// The person in every frame of a motion, which takes the place of the scene's person in `first_frame`.
 std::vector<PersonState> animated(const OpenRun& run, const OpenRun& scene, const FilmOptions& options,
-                                  double fps) {
+                                  int first_frame, double fps) {
   const HumanModel& human = *run.model->human();
   const Body& body = human.body().body();
   const Motion motion =
       placed_in_scene(body, resampled(load_motion(options.motion, body, options.mapping), fps),
-                      place_of(scene, options), standing_up(scene.capture));
+                      place_of(scene, options, first_frame), standing_up(scene.capture));
   const HumanModel::CodeRow codes = novel_codes(run.config, human);
   std::vector<PersonState> states;
   states.reserve(motion.frame_count());
@@ -78,27 +95,20 @@ std::vector<PersonState> animated(const OpenRun& run, const OpenRun& scene, cons
   return states;
 }
 
-/// The person in the given frames of the capture, moved to the place when there is one or the scene is
-/// another's.
+/// The person in the given frames of the capture, moved to the place when there is one or, when the scene is
+/// another's, to where its person is in `first_frame`.
 std::vector<PersonState> captured(const OpenRun& run, const OpenRun& scene, const FilmOptions& options,
-                                  const std::vector<int>& frames) {
+                                  int first_frame, const std::vector<int>& frames) {
   const HumanModel& human = *run.model->human();
   std::vector<PersonState> states;
   states.reserve(frames.size());
   for (const int frame : frames) states.push_back(captured_state(human, run.capture, frame));
   if (&scene == &run && !options.place) return states;
   const Motion motion = placed_in_scene(human.body().body(), run.capture.human->poses,
-                                        place_of(scene, options), standing_up(scene.capture));
+                                        place_of(scene, options, first_frame), standing_up(scene.capture));
   for (std::size_t i = 0; i < frames.size(); ++i)
     states[i] = novel_state(motion, run.capture.frames[frames[i]].body_frame, states[i].codes);
   return states;
-}
-
-std::vector<int> frames_with_person(const Capture& capture) {
-  std::vector<int> frames;
-  for (std::size_t i = 0; i < capture.frames.size(); ++i)
-    if (capture.frames[i].body_frame >= 0) frames.push_back(static_cast<int>(i));
-  return frames;
 }
 
 /// A shot for every state of the person, the cameras spread evenly over them.
@@ -114,17 +124,18 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
   if (!has_person && (elsewhere || options.place || !options.motion.empty()))
     throw UsageError(fmt::format("{} has no person", run.folder.path().string()));
   const auto [path, frames] = views_of(scene.capture, options);
+  const int first = frames.front();
   Film film;
   film.fps = path.fps;
   if (options.place) film.units_per_metre = options.place->units;
   if (elsewhere) film.light = turn_of_up(standing_up(scene.capture), standing_up(run.capture));
   if (!options.motion.empty()) {
-    film.shots = spread(path.cameras, animated(run, scene, options, film.fps));
+    film.shots = spread(path.cameras, animated(run, scene, options, first, film.fps));
   } else if (elsewhere) {
     film.fps = run.capture.fps;
-    film.shots = spread(path.cameras, captured(run, scene, options, frames_with_person(run.capture)));
+    film.shots = spread(path.cameras, captured(run, scene, options, first, frames_with_person(run.capture)));
   } else if (has_person) {
-    film.shots = spread(path.cameras, captured(run, scene, options, frames));
+    film.shots = spread(path.cameras, captured(run, scene, options, first, frames));
     film.known_poses = !options.place && own_views(options.views);
   } else {
     for (const Camera& camera : path.cameras) film.shots.push_back({camera, std::nullopt});

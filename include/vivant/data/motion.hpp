@@ -52,9 +52,9 @@ double heading(const Eigen::Vector3d& root_axis_angle);
 /// The motion moved by a yaw, a horizontal shift and a height so that it stands at `placement`.
 Motion placed(const Body& body, const Motion& motion, const Placement& placement);
 
-/// Where the motion `reference` starts: root, heading and ground; placed(body, motion, start_of(...)) puts a
-/// new motion in its stead.
-Placement start_of(const Body& body, const Motion& reference);
+/// Where the motion stands in a frame: root, heading and ground; placed(body, other, standing_at(...)) puts
+/// another motion in its stead.
+Placement standing_at(const Body& body, const Motion& motion, int frame = 0);
 
 /// Throws Error naming `source`, frame and joint unless every frame has `joint_count` finite rotations.
 void check_motion(const Motion& motion, int joint_count, const std::string& source);
