@@ -271,7 +271,7 @@ TEST_CASE("stylizer: weights of another form are one clear line") {
   CHECK_THROWS_WITH_AS(
       load_stylizer(cosine.store, cosine.stylizer, file),
       "made.safetensors holds no weights of the form cosine: `vivant pretrain-stylizer --form "
-      "cosine` trains some",
+      "cosine` trains some, for --stylizer",
       Error);
   ParameterStore store;
   CHECK_THROWS_AS(Stylizer(store, cosine.initializer, StylizerOptions{.mirrored = true}), Error);
