@@ -69,7 +69,7 @@ inline std::string zip_bytes(const std::vector<std::pair<std::string, std::strin
     field(directory, 0, 4);  // external attributes
     field(directory, static_cast<std::uint32_t>(out.size()), 4);
     directory += name;
-    out += "PK\x03\x04" + common + name + packed;
+    out.append("PK\x03\x04").append(common).append(name).append(packed);
   }
   const std::size_t start = out.size();
   out += directory + "PK\x05\x06";
