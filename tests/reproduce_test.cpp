@@ -14,10 +14,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// `vivant reproduce` of the tiny capture into `folder`, all stages with a step or two.
-std::vector<std::string> tiny_reproduction(const fs::path& folder, const std::string& style = "mosaic",
-                                           const fs::path& capture = tiny_capture()) {
+std::vector<std::string> tiny_reproduction(const fs::path& folder, const std::string& style = "mosaic") {
   // The motion is as short as the capture: quick.
-  std::vector<std::string> arguments = {"reproduce", capture.string(),
+  std::vector<std::string> arguments = {"reproduce", tiny_capture().string(),
                                         "-o",        folder.string(),
                                         "--motion",  (tiny_capture() / "poses.safetensors").string(),
                                         "--style",   asset_path("styles/" + style + ".jpg").string()};
