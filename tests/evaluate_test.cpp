@@ -120,6 +120,9 @@ TEST_CASE("evaluate: held-out frames, and other captures of the same world") {
   CHECK(own.json().at("silhouette_iou") == own.mean.silhouette_iou.value());
   CHECK(own.json().at("frames").at(1).at("background_stlpips") == own.frames[1].background->stlpips.value());
   CHECK(own.frames[0].full.stlpips.value() > 0.01);
+  // The mask of synth is the posed body itself; what is rendered is a box full of the person.
+  for (const FrameScore& score : own.frames) CHECK(score.body_iou.value() > 0.9);
+  CHECK(own.json().at("body_iou") == own.mean.body_iou.value());
   CHECK(contains(own.report().markdown(), "| mean | "));
   CHECK(own.report().plots.at(0).curves.at(1).values.at(1) == own.frames[1].person->psnr);
   CHECK(evaluated(tiny.folder / "capture").frames.size() == capture.frames.size());

@@ -107,10 +107,14 @@ void check_joined(const fs::path& made, const fs::path& folder) {
   CHECK(value_of(rows, "run time", "tri-plane", metric, "mean") ==
         doctest::Approx(value_of(rows, "run time", "tri-plane", metric) + 15));
   const std::string text = read_whole_file(output / "report.md");
-  for (const char* title : {"## mean: original views", "## walk: run time", "## stroll: run time"}) {
-    CAPTURE(std::string(title));
-    CHECK(contains(text, title));
+  for (const char* part : {"## mean: original views", "## walk: run time", "## stroll: run time",
+                           "walk: The paper's tables on one capture", "stroll: The paper's tables on one"}) {
+    CAPTURE(std::string(part));
+    CHECK(contains(text, part));
   }
+  const std::size_t common = text.find("What differs from the paper");
+  CHECK(common < text.find("walk: The paper's tables"));
+  CHECK(text.find("What differs from the paper", common + 1) == std::string::npos);
   const Finished twice =
       run_vivant("reproduce " + second.string() + " " + (second / "transforms.json").string());
   CHECK(twice.exit_code == 2);

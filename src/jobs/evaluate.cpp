@@ -26,16 +26,19 @@ RegionScore region_score(StLpips& perceptual, const cv::Mat& rendered, const cv:
   return score;
 }
 
-/// What is rendered of a held-out frame and what it is compared with.
+/// What is rendered of a held-out frame and what it is compared with. `person`: its alpha; `body`: the posed
+/// body's silhouette; both empty without a person.
 FrameScore frame_score(StLpips& perceptual, const CaptureFrame& frame, const cv::Mat& truth,
-                       const cv::Mat& mask, const cv::Mat& rendered, const cv::Mat& person) {
+                       const cv::Mat& mask, const cv::Mat& rendered, const cv::Mat& person,
+                       const cv::Mat& body) {
   const cv::Mat inside = mask >= 128, outside = ~inside;
-  if (person.empty()) return {frame.name, region_score(perceptual, rendered, truth, outside), {}, {}, {}};
-  FrameScore score{frame.name, region_score(perceptual, rendered, truth, {}), {}, {}, {}};
+  if (person.empty()) return {frame.name, region_score(perceptual, rendered, truth, outside), {}, {}, {}, {}};
+  FrameScore score{frame.name, region_score(perceptual, rendered, truth, {}), {}, {}, {}, {}};
   if (cv::countNonZero(inside) == 0) return score;
   score.person = region_score(perceptual, rendered, truth, inside);
   if (cv::countNonZero(outside) > 0) score.background = region_score(perceptual, rendered, truth, outside);
   score.silhouette_iou = silhouette_iou(person > 0.5, inside);
+  score.body_iou = silhouette_iou(body, inside);
   return score;
 }
 
@@ -73,7 +76,8 @@ FrameScore mean_score(const std::vector<FrameScore>& frames) {
   return {"mean", mean_region(frames, [](const FrameScore& frame) { return &frame.full; }).value(),
           mean_region(frames, [&](const FrameScore& frame) { return pointer(frame.person); }),
           mean_region(frames, [&](const FrameScore& frame) { return pointer(frame.background); }),
-          mean_of(frames, [](const FrameScore& frame) { return frame.silhouette_iou; })};
+          mean_of(frames, [](const FrameScore& frame) { return frame.silhouette_iou; }),
+          mean_of(frames, [](const FrameScore& frame) { return frame.body_iou; })};
 }
 
 /// A score's columns: name in JSON, title, digits, value.
@@ -98,6 +102,7 @@ std::vector<Column> columns_of(const FrameScore& score) {
   add({"background_psnr", "background_ssim", "background_stlpips"}, {"backgr.", "SSIM", "ST-LPIPS"},
       score.background);
   columns.push_back({"silhouette_iou", "IoU", 3, score.silhouette_iou});
+  columns.push_back({"body_iou", "body's", 3, score.body_iou});
   return columns;
 }
 
@@ -115,8 +120,8 @@ Report Evaluation::report() const {
                 {"PSNR in dB, SSIM of the luma, ST-LPIPS (the shift-tolerant metric, not LPIPS): of the "
                  "whole frame (of a "
                  "run without a person: outside of the mask), inside of the person's mask and outside of it. "
-                 "IoU: of the "
-                 "rendered silhouette and the mask."},
+                 "IoU: of the rendered silhouette and the mask; body's: of the bare body in the pose that "
+                 "was given and the mask, below 1 by clothes, hair and the pose's error."},
                 {{"Frames", {"frame"}, {}}},
                 {},
                 {}};
@@ -231,15 +236,19 @@ Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions&
   for (const int index : frames) {
     const CaptureFrame& frame = truth.frames[index];
     CompositeRenderer::View view;
-    if (human)
-      view = both->render(frame.camera, states[evaluation.frames.size()]);
-    else
+    cv::Mat body;
+    if (human) {
+      const PersonState& state = states[evaluation.frames.size()];
+      view = both->render(frame.camera, state);
+      body = posed_silhouette(human->body().body(), state.pose, state.translation, frame.camera).mask;
+    } else {
       view.picture = scene->render(frame.camera);
+    }
     evaluation.truth.push_back(truth.taken_image(index));
     frame.exposure.apply(view.picture.pixels);
     evaluation.rendered.push_back(view.picture.rgb8());
     evaluation.frames.push_back(frame_score(perceptual, frame, evaluation.truth.back(), truth.mask(index),
-                                            evaluation.rendered.back(), view.person));
+                                            evaluation.rendered.back(), view.person, body));
     progress.report({.step = static_cast<std::int64_t>(evaluation.frames.size())});
     if (interrupted()) throw Interrupted("stopped while comparing");
   }

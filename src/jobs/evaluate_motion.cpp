@@ -144,13 +144,6 @@ class OutlinedFilm {
   VideoWriter plain_, outlined_;
 };
 
-BodySilhouette body_in(const Shot& shot, const Body& body, double units_per_metre) {
-  const PersonState& person = *shot.person;
-  std::vector<Eigen::Vector3d> vertices = skin(body, joint_transforms(body, person.pose, person.translation));
-  for (Eigen::Vector3d& vertex : vertices) vertex *= units_per_metre;
-  return body_silhouette(body, vertices, shot.camera);
-}
-
 bool shows_enough(const BodySilhouette& body) { return cv::countNonZero(body.mask) >= least_body_pixels; }
 
 MotionFrameScore frame_score(const cv::Mat& rendered, const BodySilhouette& body) {
@@ -165,7 +158,8 @@ MotionEvaluation evaluate_motion(Device& device, const OpenRun& run, const OpenR
                                  Progress& progress) {
   const Film film = plan_film(run, scene, options);
   const auto body_of = [&](const Shot& shot) {
-    return body_in(shot, run.model->human()->body().body(), film.units_per_metre);
+    return posed_silhouette(run.model->human()->body().body(), shot.person->pose, shot.person->translation,
+                            shot.camera, film.units_per_metre);
   };
   if (std::ranges::none_of(film.shots, [&](const Shot& shot) { return shows_enough(body_of(shot)); }))
     fail("no frame shows {} pixels of the person: choose other --views, another --place or a larger --size",

@@ -1,6 +1,7 @@
 // How figures are laid out: tables, curves, JSON.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "jobs/reproduction.hpp"
 #include "vivant/io/atomic_file.hpp"
@@ -50,6 +51,21 @@ Report::Table laid_out(const std::string& title, const std::vector<ReproductionR
 
 double number_or_nan(const ordered_json& value) { return value.is_number() ? value.get<double>() : NAN; }
 
+/// The notes of all reports: once what all of them say, then what is a capture's own, under its name.
+std::vector<std::string> joined_notes(const std::vector<Reproduction>& all) {
+  const auto in_all = [&](const std::string& note) {
+    return std::ranges::all_of(all, [&](const Reproduction& made) {
+      return std::ranges::find(made.report.notes, note) != made.report.notes.end();
+    });
+  };
+  std::vector<std::string> notes;
+  std::ranges::copy_if(all[0].report.notes, std::back_inserter(notes), in_all);
+  for (const Reproduction& made : all)
+    for (const std::string& note : made.report.notes)
+      if (!in_all(note)) notes.push_back(fmt::format("{}: {}", made.rows.at(0).capture, note));
+  return notes;
+}
+
 }  // namespace
 
 std::vector<Report::Table> reproduction_tables(const std::vector<ReproductionRow>& rows,
@@ -95,9 +111,9 @@ Reproduction joined(const std::vector<Reproduction>& all, const std::filesystem:
       fmt::format("{} captures, and the means over them of what all of them have.", all.size()));
   one.report.tables = reproduction_tables(means, "mean: ");
   const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  append(one.report.notes, joined_notes(all));
   for (const Reproduction& made : all) {
     const std::string name = made.rows.at(0).capture;
-    append(one.report.notes, made.report.notes);
     append(one.report.tables, reproduction_tables(made.rows, name + ": "));
     for (const Report::Video& video : made.report.videos)
       one.report.videos.push_back({fmt::format("{}: {}", name, video.name), video.file});

@@ -39,4 +39,8 @@ struct BodySilhouette {
 BodySilhouette body_silhouette(const Body& body, std::span<const Eigen::Vector3d> vertices,
                                const Camera& camera);
 
+/// Draws the body in a pose, in a world in which a metre is `units_per_metre`.
+BodySilhouette posed_silhouette(const Body& body, const Pose& pose, const Eigen::Vector3d& translation,
+                                const Camera& camera, double units_per_metre = 1);
+
 }  // namespace vivant

@@ -24,6 +24,9 @@ struct FrameScore {
   RegionScore full;  ///< of a run without a person: the pixels outside of the mask
   std::optional<RegionScore> person, background;  ///< inside and outside of the mask
   std::optional<double> silhouette_iou;           ///< of alpha > 1/2 and the mask
+  /// Of the mask and the bare body in the pose that was given: what a perfectly rendered person has beside
+  /// the posed body, as evaluate_motion compares them.
+  std::optional<double> body_iou;
 };
 
 /// How well a run renders pictures that it was not trained on.
