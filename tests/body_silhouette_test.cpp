@@ -34,8 +34,8 @@ TEST_CASE("body silhouette: it is the mask that synth draws of the same pose") {
     for (int i = 0; i < static_cast<int>(capture.frames.size()); ++i) {
       CAPTURE(capture.frames[i].name);
       const int row = capture.frames[i].body_frame;
-      const BodySilhouette silhouette = posed_silhouette(
-          capture.human->body, poses.pose[row], poses.translation[row], capture.frames[i].camera);
+      const BodySilhouette silhouette = posed_silhouette(capture.human->body, poses.pose[row],
+                                                         poses.translation[row], capture.frames[i].camera);
       CHECK(silhouette_iou(silhouette.mask, capture.mask(i)) > 0.97);
     }
   }

@@ -26,7 +26,7 @@ struct View {
     content.convertTo(content, CV_32F, 1.0 / 255);
     features = f.features(content);
   }
-  RenderedFrame frame() const { return {features, values_of(content)}; }
+  RenderedFrame frame() const { return {features, floats_of(content)}; }
 };
 
 cv::Mat eight_bit(const std::vector<float>& rgb, cv::Size size) {

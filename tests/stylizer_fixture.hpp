@@ -3,6 +3,7 @@
 
 #include "jobs/training_pictures.hpp"
 #include "vivant/graph/executor.hpp"
+#include "vivant/io/image.hpp"
 #include "vivant/model/stylizer.hpp"
 #include "vivant/nn/vgg19.hpp"
 
@@ -26,7 +27,7 @@ struct StylizerFixture {
     const Value input = graph.input("picture", {picture.rows, picture.cols, 3});
     const Value relu3_1 = vgg.features(input, {"relu3_1"}).at("relu3_1");
     Executor executor(device, graph, {relu3_1});
-    executor.write(input, values_of(picture));
+    executor.write(input, floats_of(picture));
     executor.run();
     return executor.read(relu3_1);
   }
@@ -37,7 +38,7 @@ struct StylizerFixture {
     const Value seen = graph.input("features", {picture.rows / 4, picture.cols / 4, 256});
     const Value image = stylizer.reconstruct(graph, seen, rgb);
     Executor executor(device, graph, {image});
-    executor.write(rgb, values_of(picture));
+    executor.write(rgb, floats_of(picture));
     executor.write(seen, features(picture));
     executor.run();
     return executor.read(image);

@@ -50,7 +50,7 @@ double fit_read_out(StylizerFixture& f) {
     cv::Mat small;
     cv::resize(shown, small, {}, 0.25, 0.25, cv::INTER_AREA);
     samples.insert(samples.end(), seen.begin(), seen.end());
-    colours.insert(colours.end(), values_of(small).begin(), values_of(small).end());
+    colours.insert(colours.end(), floats_of(small).begin(), floats_of(small).end());
   }
   return start_read_out(f.store, f.stylizer, f.initializer, samples, colours);
 }
@@ -86,7 +86,7 @@ void check_tiles(StylizerFixture& f) {
   const std::vector<float> features = f.features(shown);
   const auto stylise = [&](int tile, int height, int width, double strength) {
     const cv::Mat part = shown(cv::Rect(0, 0, width, height)).clone();
-    const RenderedFrame frame{features, values_of(part)};
+    const RenderedFrame frame{features, floats_of(part)};
     FrameStylizer stylizer(f.device, f.stylizer, f.vgg, height, width, {.tile = tile, .tokens = 64});
     stylizer.set_style(style, stylizer.measure({&frame, 1}), {&frame, 1});
     return stylizer.stylise(frame, strength);
@@ -107,7 +107,7 @@ TEST_CASE("stylizer: the least-squares start decodes a picture that it was not f
     StylizerFixture f(StylizerOptions::of_form(form));
     CHECK(-10 * std::log10(fit_read_out(f)) > 20);
     const cv::Mat other = picture("impasto.jpg", 96, 96);
-    CHECK(psnr(f.reconstruct(other), values_of(other)) > 17);
+    CHECK(psnr(f.reconstruct(other), floats_of(other)) > 17);
   }
 }
 
@@ -169,7 +169,7 @@ TEST_CASE("stylizer: mixtures go from one style to the other by their weights") 
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   const cv::Mat shown = picture("cubist.jpg", 32, 40);
   const std::vector<float> features = f.features(shown);
-  const RenderedFrame frame{features, values_of(shown)};
+  const RenderedFrame frame{features, floats_of(shown)};
   const cv::Mat ink = read_image(asset_path("styles/ink_wash.jpg")),
                 wood = read_image(asset_path("styles/woodblock.jpg"));
   FrameStylizer stylizer(f.device, f.stylizer, f.vgg, 32, 40, {.tokens = 64});
@@ -197,7 +197,7 @@ TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with
   cv::resize(read_image(asset_path("styles/impasto.jpg")), style, {64, 48}, 0, 0, cv::INTER_AREA);
   style.convertTo(painting, CV_32F, 1.0 / 255);
   const std::vector<float> features = f.features(shown);
-  const std::span<const float> rgb = values_of(shown);
+  const std::span<const float> rgb = floats_of(shown);
   const RenderedFrame frame{features, rgb};
   FrameStylizer quick(f.device, f.stylizer, f.vgg, 64, 80,
                       {.tile = 9, .colour_match = 0, .detail_match = 0, .tokens = 12 * 16});
@@ -215,7 +215,7 @@ TEST_CASE("stylizer: tokens kept for a style, in tiles, give what one graph with
   Executor executor(f.device, graph, {image});
   executor.write(seen, features);
   executor.write(colours, rgb);
-  executor.write(model, values_of(painting));
+  executor.write(model, floats_of(painting));
   executor.run();
   std::vector<float> plain = executor.read(image);
   for (float& value : plain) value = std::clamp(value, 0.0f, 1.0f);
@@ -236,13 +236,13 @@ TEST_CASE("stylizer: the shipped one takes a photograph-like picture to the colo
   load_stylizer(f.store, f.stylizer, read_safetensors(asset_path("stylizer.safetensors")));
   const cv::Mat shown = picture("pointillism.jpg", 96, 96);
   const std::vector<float> features = f.features(shown);
-  const RenderedFrame frame{features, values_of(shown)};
-  CHECK(psnr(f.reconstruct(shown), values_of(shown)) > 17);
+  const RenderedFrame frame{features, floats_of(shown)};
+  CHECK(psnr(f.reconstruct(shown), floats_of(shown)) > 17);
   FrameStylizer stylizer(f.device, f.stylizer, f.vgg, 96, 96, {.tokens = 256});
   ColourStatistics before, after, goal;
-  before.add(values_of(shown));
+  before.add(floats_of(shown));
   const cv::Mat style = picture("woodblock.jpg", 128, 128);
-  goal.add(values_of(style));
+  goal.add(floats_of(style));
   stylizer.set_style(read_image(asset_path("styles/woodblock.jpg")), stylizer.measure({&frame, 1}),
                      {&frame, 1});
   after.add(stylizer.stylise(frame, 1));
@@ -283,7 +283,7 @@ TEST_CASE("stylizer: a frame's detail is raised to the painting's, by the streng
   cv::Mat shown = picture("ink_wash.jpg", 96, 96);
   cv::GaussianBlur(shown, shown, {}, 3);
   const std::vector<float> features = f.features(shown);
-  const RenderedFrame frame{features, values_of(shown)};
+  const RenderedFrame frame{features, floats_of(shown)};
   const auto finest = [&](double amount, double strength) {
     FrameStylizer stylizer(f.device, f.stylizer, f.vgg, 96, 96, {.detail_match = amount, .tokens = 256});
     const ContentNorm norm = stylizer.measure({&frame, 1});

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "vivant/io/assets.hpp"
+#include "vivant/io/image.hpp"
 #include "vivant/runtime/error.hpp"
 
 using namespace vivant;
@@ -16,7 +17,7 @@ const std::filesystem::path styles = asset_path("styles");
 std::vector<float> crop(const TrainingPictures& pictures, std::uint64_t seed, std::int64_t step) {
   KeyedRandom random(seed, "test", step);
   const cv::Mat picture = pictures.crop(random, 40, 1);
-  const auto values = values_of(picture);
+  const auto values = floats_of(picture);
   return {values.begin(), values.end()};
 }
 

@@ -124,6 +124,10 @@ cv::Mat read_checked(const fs::path& path, int flags) {
 
 }  // namespace
 
+std::span<float> floats_of(const cv::Mat& picture) {
+  return {reinterpret_cast<float*>(picture.data), picture.total() * picture.channels()};
+}
+
 cv::Size inspect_image(const fs::path& path) {
   const std::string data = read_whole_file(path);
   return naming(path, [&] { return examine(data); });

@@ -73,7 +73,8 @@ std::optional<RegionScore> mean_region(const std::vector<FrameScore>& frames, Re
 
 FrameScore mean_score(const std::vector<FrameScore>& frames) {
   const auto pointer = [](const std::optional<RegionScore>& score) { return score ? &*score : nullptr; };
-  return {"mean", mean_region(frames, [](const FrameScore& frame) { return &frame.full; }).value(),
+  return {"mean",
+          mean_region(frames, [](const FrameScore& frame) { return &frame.full; }).value(),
           mean_region(frames, [&](const FrameScore& frame) { return pointer(frame.person); }),
           mean_region(frames, [&](const FrameScore& frame) { return pointer(frame.background); }),
           mean_of(frames, [](const FrameScore& frame) { return frame.silhouette_iou; }),

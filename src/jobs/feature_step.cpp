@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "vivant/io/image.hpp"
 #include "vivant/ops/loss.hpp"
 
 namespace vivant {
@@ -49,7 +50,7 @@ cv::Rect random_patch(KeyedRandom& random, const FeatureView& view, int side) {
 
 std::vector<float> patch_of(const cv::Mat& picture, const cv::Rect& patch) {
   const cv::Mat part = picture(patch).clone();
-  const std::span<const float> values = values_of(part);
+  const std::span<const float> values = floats_of(part);
   return {values.begin(), values.end()};
 }
 

@@ -26,10 +26,6 @@ cv::Mat scored_picture(std::span<const float> rgb, cv::Size size) {
   return picture;
 }
 
-std::span<float> floats_of(const cv::Mat& picture) {
-  return {reinterpret_cast<float*>(picture.data), 3 * picture.total()};
-}
-
 /// Colours as the stylizer sees them: the person alone stands before grey.
 std::vector<float> seen_colours(const LayerFrame& frame) {
   std::vector<float> rgb = frame.rgb;

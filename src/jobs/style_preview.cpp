@@ -1,6 +1,7 @@
 #include "jobs/style_preview.hpp"
 
 #include "jobs/feature_step.hpp"
+#include "vivant/io/image.hpp"
 
 namespace vivant {
 namespace {
@@ -13,7 +14,7 @@ std::vector<float> features_of(Device& device, const CaptureModel& model, const 
   const Value hidden = graph.input("hidden", {view.hidden.rows, view.hidden.cols, view.hidden.channels()});
   const Value features = rendered_features(graph, model, hidden);
   Executor executor(device, graph, {features});
-  executor.write(hidden, values_of(view.hidden));
+  executor.write(hidden, floats_of(view.hidden));
   executor.run();
   return executor.read(features);
 }
@@ -33,7 +34,7 @@ ContentNorm measured_norm(Device& device, const Config& config, const CaptureMod
   for (std::size_t i = 0; i < count; ++i) {
     const FeatureView& view = views[i * views.size() / count];
     features.push_back(features_of(device, model, view));
-    frames.push_back({features.back(), values_of(view.rgb)});
+    frames.push_back({features.back(), floats_of(view.rgb)});
   }
   return frame_stylizer(device, config, model, vgg, views.front()).measure(frames);
 }
@@ -41,7 +42,7 @@ ContentNorm measured_norm(Device& device, const Config& config, const CaptureMod
 cv::Mat stylised_view(Device& device, const Config& config, const CaptureModel& model, const Vgg19& vgg,
                       const FeatureView& view, const cv::Mat& style) {
   const std::vector<float> features = features_of(device, model, view);
-  const RenderedFrame frame{features, values_of(view.rgb)};
+  const RenderedFrame frame{features, floats_of(view.rgb)};
   FrameStylizer stylizer = frame_stylizer(device, config, model, vgg, view);
   const bool plain = style.empty();
   stylizer.set_style(plain ? cv::Mat(64, 64, CV_8UC3, cv::Scalar::all(128)) : style,

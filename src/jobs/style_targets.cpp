@@ -1,5 +1,7 @@
 #include "jobs/style_targets.hpp"
 
+#include "vivant/io/image.hpp"
+
 namespace vivant {
 namespace {
 
@@ -20,7 +22,7 @@ StyleTargets::StyleTargets(Device& device, const Stylizer& stylizer, const Vgg19
 
 void StyleTargets::make(std::int64_t number) {
   KeyedRandom random(seed_, "painting", number);
-  executor_->write(painting_, values_of(paintings_.crop(random, style_side, recolour_paintings)));
+  executor_->write(painting_, floats_of(paintings_.crop(random, style_side, recolour_paintings)));
   executor_->run();
   std::vector<std::vector<float>>& values = pool_[number % pool_size];
   values.clear();

@@ -34,7 +34,7 @@ class Encoder {
   std::vector<float> features(const cv::Mat& rgb) {
     cv::Mat extended;
     cv::copyMakeBorder(rgb, extended, 0, below_, 0, right_, cv::BORDER_REPLICATE);
-    executor_->write(picture_, {extended.ptr<float>(), extended.total() * 3});
+    executor_->write(picture_, floats_of(extended));
     executor_->run();
     return executor_->read(features_);
   }
@@ -72,7 +72,7 @@ void stylise_pictures(Device& device, const StylisePicturesOptions& options, Pro
     cv::Mat rgb;
     frames.pictures[i].convertTo(rgb, CV_32F, 1.0 / 255);
     const std::vector<float> features = encoder.features(rgb);
-    const RenderedFrame frame{features, {rgb.ptr<float>(), rgb.total() * 3}};
+    const RenderedFrame frame{features, floats_of(rgb)};
     const ContentNorm norm = painter.measure({&frame, 1});
     if (i == 0)
       painter.set_style(painting, norm, {&frame, 1});

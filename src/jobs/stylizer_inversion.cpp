@@ -2,7 +2,7 @@
 #include <opencv2/imgproc.hpp>
 #include "jobs/stylizer_training.hpp"
 #include "jobs/vgg_measurement.hpp"
-
+#include "vivant/io/image.hpp"
 #include "vivant/jobs/psnr.hpp"
 #include "vivant/model/read_out.hpp"
 #include "vivant/ops/loss.hpp"
@@ -58,7 +58,7 @@ double measure_pictures(StylizerTraining& training, bool start) {
     for (std::size_t place = 0; place < small.total(); place += every) {
       samples.insert(samples.end(), all.begin() + place * Stylizer::features,
                      all.begin() + (place + 1) * Stylizer::features);
-      const auto colour = values_of(small).subspan(3 * place, 3);
+      const auto colour = floats_of(small).subspan(3 * place, 3);
       colours.insert(colours.end(), colour.begin(), colour.end());
     }
   }
@@ -101,8 +101,8 @@ void InversionStep::run(std::int64_t step, std::int64_t optimizer_step, double r
   const cv::Mat sharp = training_.crop(random, crop_side, recolour);
   cv::Mat rendered = sharp;
   if (random.chance(soft_picture)) cv::GaussianBlur(sharp, rendered, {}, random.uniform(0.4, most_blur));
-  executor_->write(sharp_, values_of(sharp));
-  executor_->write(rendered_, values_of(rendered));
+  executor_->write(sharp_, floats_of(sharp));
+  executor_->write(rendered_, floats_of(rendered));
   const bool rendered_features = !training_.stylizer.options().mirrored;
   const bool noise = rendered_features && random.chance(noisy);
   if (noise) {

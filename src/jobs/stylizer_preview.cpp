@@ -17,7 +17,7 @@ std::vector<float> features_of(const StylizerTraining& training, const cv::Mat& 
   const Value picture = graph.input("photograph", {photograph.rows, photograph.cols, 3});
   const Value features = style_features(training.vgg, picture, 3)[2];
   Executor executor(training.device, graph, {features});
-  executor.write(picture, values_of(photograph));
+  executor.write(picture, floats_of(photograph));
   executor.run();
   return executor.read(features);
 }
@@ -57,7 +57,7 @@ void write_preview(const StylizerTraining& training, const std::filesystem::path
                          FrameStylizer::Options::of(training.stylizer));
   for (const cv::Mat& photograph : photographs) {
     const std::vector<float> features = features_of(training, photograph);
-    const RenderedFrame frame{features, values_of(photograph)};
+    const RenderedFrame frame{features, floats_of(photograph)};
     std::vector<cv::Mat> row = {eight_bit(photograph)};
     const auto show = [&](double strength) {
       std::vector<float> colours = stylizer.stylise(frame, strength);

@@ -1,5 +1,6 @@
 // Stage 3 of pretraining: the losses of AdaAttN, with photographs as content and paintings as styles.
 #include "jobs/stylizer_training.hpp"
+#include "vivant/io/image.hpp"
 
 namespace vivant {
 namespace {
@@ -31,7 +32,7 @@ StyleStep::StyleStep(StylizerTraining& training)
 void StyleStep::run(std::int64_t step, std::int64_t optimizer_step, double rate) {
   KeyedRandom random(training_.seed, "style", step);
   executor_->write(photograph_,
-                   values_of(training_.photographs.crop(random, content_side, recolour_photographs)));
+                   floats_of(training_.photographs.crop(random, content_side, recolour_photographs)));
   executor_->set(detail_amount_, random.chance(without_detail) ? 0 : 1);
   targets_.write(*executor_, target_, random, step);
   optimizer_->set_step(*executor_, optimizer_step, {rate});

@@ -139,8 +139,4 @@ std::vector<cv::Mat> pictures_called(const std::vector<std::filesystem::path>& f
   return found;
 }
 
-std::span<const float> values_of(const cv::Mat& picture) {
-  return {picture.ptr<float>(), picture.total() * picture.channels()};
-}
-
 }  // namespace vivant

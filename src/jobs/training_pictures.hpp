@@ -51,7 +51,5 @@ class TrainingPictures {
 /// short side reduced to `short_side`.
 std::vector<cv::Mat> pictures_called(const std::vector<std::filesystem::path>& folders,
                                      const std::vector<std::string>& starts, int short_side);
-/// All values of a continuous CV_32F picture.
-std::span<const float> values_of(const cv::Mat& picture);
 
 }  // namespace vivant

@@ -1,6 +1,6 @@
 #include "jobs/vgg_measurement.hpp"
 
-#include "jobs/training_pictures.hpp"
+#include "vivant/io/image.hpp"
 
 namespace vivant {
 
@@ -16,7 +16,7 @@ VggMeasurement::VggMeasurement(Device& device, const Vgg19& vgg, int side) {
 }
 
 std::vector<float> VggMeasurement::add(const cv::Mat& picture) {
-  executor_->write(picture_, values_of(picture));
+  executor_->write(picture_, floats_of(picture));
   executor_->run();
   for (std::size_t layer = 0; layer < moments_.size(); ++layer) {
     const std::vector<float> mean = executor_->read(outputs_[1 + 2 * layer]),

@@ -7,6 +7,7 @@
 
 #include "model/frame_tiles.hpp"
 #include "vivant/graph/executor.hpp"
+#include "vivant/io/image.hpp"
 #include "vivant/model/detail_match.hpp"
 
 namespace vivant {
@@ -64,10 +65,6 @@ struct Painting {
   ColourStatistics colours;
   DetailStrength detail;
 };
-
-std::span<const float> floats_of(const cv::Mat& picture) {
-  return {picture.ptr<float>(), picture.total() * picture.channels()};
-}
 
 }  // namespace
 

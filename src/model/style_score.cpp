@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "vivant/io/image.hpp"
 #include "vivant/model/style_losses.hpp"
 #include "vivant/ops/linear.hpp"
 
@@ -77,7 +78,7 @@ StyleMeter::Description StyleMeter::describe(const cv::Mat& picture) {
   cv::Mat values;
   picture.convertTo(values, CV_32F, 1.0 / 255);
   Executor& executor = *network->executor;
-  executor.write(network->picture, {values.ptr<float>(), values.total() * 3});
+  executor.write(network->picture, floats_of(values));
   executor.run();
   Description description;
   for (int layer = 0; layer < 5; ++layer) {

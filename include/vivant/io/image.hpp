@@ -1,8 +1,12 @@
 #pragma once
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <span>
 
 namespace vivant {
+
+/// All channels of all pixels of a picture in floats (CV_32F, without gaps between its rows).
+std::span<float> floats_of(const cv::Mat& picture);
 
 /// The size of a picture file, checked to be complete without decoding it (PNG and JPEG; others are decoded).
 /// Throws Error when the file is missing, not an image, or cut short.
