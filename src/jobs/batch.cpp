@@ -1,13 +1,13 @@
 #include "vivant/jobs/batch.hpp"
 
 #include <fmt/ranges.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <chrono>
 #include <map>
 #include <span>
 
+#include "jobs/content_name.hpp"
 #include "jobs/elapsed.hpp"
 #include "jobs/film_folder.hpp"
 #include "vivant/io/atomic_file.hpp"
@@ -23,16 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-/// A file's name and the check sum of its content, so that another content is noticed.
-std::string content_name(const fs::path& file) {
-  if (file.empty()) return "none";
-  const std::string bytes = read_whole_file(file);
-  const uLong sum = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-  return fmt::format("{} {:08x}", file.filename().string(), sum);
-}
-
 /// The pictures of a mixture with their weights.
-std::string content_name(const StyleMixture& mixture) {
+std::string mixture_name(const StyleMixture& mixture) {
   if (mixture.empty()) return "none";
   std::vector<std::string> names;
   for (const StyleShare& share : mixture)
@@ -51,11 +43,11 @@ ordered_json settings_of(const BatchJob& job, const BatchFilm& film, const OpenR
       {"views", options.views.ends_with(".json") ? content_name(options.views) : options.views},
       {"motion", content_name(options.motion)},
       {"motion_names", content_name(options.mapping)},
-      {"style", content_name(film.look.scene)},
+      {"style", mixture_name(film.look.scene)},
       {"layers", job.layers}};
   if (film.look.layered())
     settings["style"] =
-        fmt::format("person {}, scene {}", content_name(film.look.person), content_name(film.look.scene));
+        fmt::format("person {}, scene {}", mixture_name(film.look.person), mixture_name(film.look.scene));
   if (film.look.stylised()) {
     settings["frames_averaged"] = 2 * Film::reach + 1;
     settings["most_detail"] = largest_detail_gain;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "jobs/content_name.hpp"
 #include "jobs/elapsed.hpp"
 #include "jobs/reproduction.hpp"
 #include "jobs/training_pictures.hpp"
@@ -135,7 +136,8 @@ Plan::Plan(Device& device, const ReproduceOptions& options, const fs::path& capt
 /// Results of other options are never mixed with these.
 void Plan::check_folder(const ReproduceOptions& options) const {
   ordered_json made_with = {{"capture", capture_path_.string()},
-                            {"AdaAttN", adaattn_form},  // older programs: the stylizer of films
+                            {"AdaAttN", content_name(shipped_stylizer(adaattn_form))},
+                            {"stylizer", content_name(shipped_stylizer("guided"))},
                             {"motion", options.motion.empty() ? "" : fs::absolute(options.motion).string()}};
   for (const fs::path& style : styles_) made_with["styles"].push_back(fs::absolute(style).string());
   const fs::path file = folder_ / "plan.json";

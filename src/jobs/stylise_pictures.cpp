@@ -16,11 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The weights that come with the program; of the form plain there are none, which loading refuses.
-fs::path shipped_weights(const std::string& form) {
-  return asset_path(form == "cosine" ? "adaattn.safetensors" : "stylizer.safetensors");
-}
-
 /// VGG features of pictures of one size, whose sides are extended to multiples of four.
 class Encoder {
  public:
@@ -48,6 +43,10 @@ class Encoder {
 
 }  // namespace
 
+fs::path shipped_stylizer(const std::string& form) {
+  return asset_path(form == "cosine" ? "adaattn.safetensors" : "stylizer.safetensors");
+}
+
 void stylise_pictures(Device& device, const StylisePicturesOptions& options, Progress& progress) {
   const Frames frames = read_frames(options.input);
   const cv::Mat painting = read_image(options.style);
@@ -59,7 +58,7 @@ void stylise_pictures(Device& device, const StylisePicturesOptions& options, Pro
   store.allocate(device);
   load_stylizer(
       store, stylizer,
-      read_safetensors(options.stylizer.empty() ? shipped_weights(options.form) : options.stylizer));
+      read_safetensors(options.stylizer.empty() ? shipped_stylizer(options.form) : options.stylizer));
   FrameStylizer::Options how = FrameStylizer::Options::of(stylizer);
   how.tokens = options.tokens;
   FrameStylizer painter(device, stylizer, vgg, size.height, size.width, how);

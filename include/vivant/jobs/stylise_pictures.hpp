@@ -7,6 +7,10 @@
 
 namespace vivant {
 
+/// The weights of a form that come with the program; of the form plain there are none: those of guided, which
+/// loading refuses.
+std::filesystem::path shipped_stylizer(const std::string& form);
+
 struct StylisePicturesOptions {
   std::filesystem::path input;     ///< a video or a folder of pictures
   std::filesystem::path style;     ///< the painting
