@@ -71,3 +71,15 @@ TEST_CASE("image: missing files, other files and bad names give one clear line")
   CHECK(contains(error_of([&] { write_image(folder / "none/a.png", pattern(CV_8UC3)); }), "cannot write"));
   CHECK(contains(error_of([&] { write_image(folder / "a.png", cv::Mat(3, 3, CV_32FC3)); }), "8-bit"));
 }
+
+TEST_CASE("image: the floats of a picture, which must be floats in one piece") {
+  cv::Mat picture(4, 5, CV_32FC3, cv::Scalar(1, 2, 3));
+  const cv::Mat& fixed = picture;
+  floats_of(picture)[3 * 6 + 1] = 7;
+  CHECK(picture.at<cv::Vec3f>(1, 1) == cv::Vec3f(1, 7, 3));
+  CHECK(floats_of(fixed).size() == 60);
+  CHECK(floats_of(fixed)[19] == 7);
+  const cv::Mat part = picture(cv::Rect(1, 1, 2, 2));
+  for (const cv::Mat& other : {part, cv::Mat(4, 5, CV_8UC3)})
+    CHECK(contains(error_of([&] { floats_of(other); }), "not one piece of floats"));
+}

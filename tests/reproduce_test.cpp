@@ -113,7 +113,7 @@ void check_joined(const fs::path& made, const fs::path& folder) {
     CHECK(contains(text, part));
   }
   const std::size_t common = text.find("What differs from the paper");
-  CHECK(common < text.find("walk: The paper's tables"));
+  CHECK(text.find("stroll: The paper's tables") < common);
   CHECK(text.find("What differs from the paper", common + 1) == std::string::npos);
   const Finished twice =
       run_vivant("reproduce " + second.string() + " " + (second / "transforms.json").string());
@@ -198,10 +198,14 @@ TEST_CASE("reproduce: stopped, resumed, and every table of the paper") {
   // Films by other weights than this program's are not mixed with these.
   const std::string plan = read_whole_file(output / "plan.json");
   nlohmann::json older = read_json(output / "plan.json");
-  CHECK(contains(older.at("AdaAttN").get<std::string>(), "adaattn.safetensors "));
-  older["AdaAttN"] = "adaattn.safetensors 00000000";
+  CHECK(contains(older.at("weights").at(0).get<std::string>(), "adaattn.safetensors "));
+  CHECK(contains(older.at("weights").at(1).get<std::string>(), "stylizer.safetensors "));
+  older["weights"][1] = "stylizer.safetensors 00000000";
   write_text_file(output / "plan.json", older.dump());
-  CHECK(contains(run_tiny(tiny_reproduction(output)).err, "(AdaAttN differ)"));
+  CHECK(contains(run_tiny(tiny_reproduction(output)).err, "with other weights"));
+  older.erase("weights");
+  write_text_file(output / "plan.json", older.dump());
+  CHECK(contains(run_tiny(tiny_reproduction(output)).err, "with other weights"));
   write_text_file(output / "plan.json", plan);
   // Another painting belongs elsewhere.
   const Finished other = run_tiny(tiny_reproduction(output, "cubist"));

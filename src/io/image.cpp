@@ -124,8 +124,14 @@ cv::Mat read_checked(const fs::path& path, int flags) {
 
 }  // namespace
 
-std::span<float> floats_of(const cv::Mat& picture) {
-  return {reinterpret_cast<float*>(picture.data), picture.total() * picture.channels()};
+std::span<float> floats_of(cv::Mat& picture) {
+  if (picture.depth() != CV_32F || !picture.isContinuous()) fail("the picture is not one piece of floats");
+  return {picture.ptr<float>(), picture.total() * picture.channels()};
+}
+
+std::span<const float> floats_of(const cv::Mat& picture) {
+  cv::Mat same = picture;
+  return floats_of(same);
 }
 
 cv::Size inspect_image(const fs::path& path) {

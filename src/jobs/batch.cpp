@@ -10,7 +10,6 @@
 #include "jobs/content_name.hpp"
 #include "jobs/elapsed.hpp"
 #include "jobs/film_folder.hpp"
-#include "vivant/io/atomic_file.hpp"
 #include "vivant/io/image.hpp"
 #include "vivant/jobs/film_frames.hpp"
 #include "vivant/jobs/film_stylizer.hpp"

@@ -1,7 +1,7 @@
 #include "vivant/jobs/capture_model.hpp"
 
-#include "vivant/io/assets.hpp"
 #include "vivant/io/safetensors.hpp"
+#include "vivant/jobs/stylise_pictures.hpp"
 
 namespace vivant {
 namespace {
@@ -97,7 +97,7 @@ CaptureModel::CaptureModel(Device& device, const Config& config, const Capture& 
   stylizer_ = std::make_unique<Stylizer>(store_, initializer, stylizer_options(config), group_style);
   content_norm_ = std::make_unique<RunningContentNorm>(store_);
   store_.allocate(device);
-  load_stylizer(store_, *stylizer_, read_safetensors(asset_path("stylizer.safetensors")));
+  load_stylizer(store_, *stylizer_, read_safetensors(shipped_stylizer("guided")));
 }
 
 Capture CaptureModel::corrected(const Capture& capture) const {

@@ -103,7 +103,7 @@ std::vector<Column> columns_of(const FrameScore& score) {
   add({"background_psnr", "background_ssim", "background_stlpips"}, {"backgr.", "SSIM", "ST-LPIPS"},
       score.background);
   columns.push_back({"silhouette_iou", "IoU", 3, score.silhouette_iou});
-  columns.push_back({"body_iou", "body's", 3, score.body_iou});
+  columns.push_back({"body_iou", "body's IoU", 3, score.body_iou});
   return columns;
 }
 
@@ -117,15 +117,16 @@ nlohmann::ordered_json json_of(const FrameScore& score) {
 }  // namespace
 
 Report Evaluation::report() const {
-  Report report{"Rendered pictures and true ones",
-                {"PSNR in dB, SSIM of the luma, ST-LPIPS (the shift-tolerant metric, not LPIPS): of the "
-                 "whole frame (of a "
-                 "run without a person: outside of the mask), inside of the person's mask and outside of it. "
-                 "IoU: of the rendered silhouette and the mask; body's: of the bare body in the pose that "
-                 "was given and the mask, below 1 by clothes, hair and the pose's error."},
-                {{"Frames", {"frame"}, {}}},
-                {},
-                {}};
+  Report report{
+      "Rendered pictures and true ones",
+      {"PSNR in dB, SSIM of the luma, ST-LPIPS (the shift-tolerant metric, not LPIPS): of the "
+       "whole frame (of a "
+       "run without a person: outside of the mask), inside of the person's mask and outside of it. "
+       "IoU: of the rendered silhouette and the mask; body's IoU: of the bare body in the pose that "
+       "was given and the mask, below 1 by clothes, hair, what is held and the pose's error."},
+      {{"Frames", {"frame"}, {}}},
+      {},
+      {}};
   if (fitted_steps > 0)
     report.notes.push_back(fmt::format(
         "The person's corrections were fitted to these very pictures and masks in {} steps, the fields as "

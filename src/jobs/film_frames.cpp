@@ -1,5 +1,7 @@
 #include "vivant/jobs/film_frames.hpp"
 
+#include "vivant/io/image.hpp"
+
 namespace vivant {
 namespace {
 
@@ -129,7 +131,7 @@ LayerFrame FilmFrames::composed(int shot, std::size_t look, const std::function<
   const std::vector<Layer> layers = layers_to_paint(plain, looks_[look]);
   const cv::Mat first = picture(layers[0]);
   LayerFrame result{plain.width, plain.height, {}, plain.alpha, plain.person, plain.depth, {}};
-  result.rgb.assign(first.ptr<float>(), first.ptr<float>() + 3 * first.total());
+  result.rgb.assign(floats_of(first).begin(), floats_of(first).end());
   if (layers.size() > 1) {
     const cv::Mat person = picture(layers[1]);
     for (std::size_t i = 0; i < plain.person.size(); ++i)

@@ -154,7 +154,7 @@ cv::Mat FilmStylizer::with_brushwork(const cv::Mat& picture, const SurfaceTextur
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
   cv::cvtColor(grey, grey, cv::COLOR_GRAY2RGB);
-  const cv::Mat stroked = brushwork.laid_onto(grey, surfaces, amount, true);
+  cv::Mat stroked = brushwork.laid_onto(grey, surfaces, amount, true);
   take_chroma(floats_of(stroked), floats_of(picture));
   return stroked;
 }

@@ -133,11 +133,13 @@ Plan::Plan(Device& device, const ReproduceOptions& options, const fs::path& capt
   check_folder(options);
 }
 
-/// Results of other options are never mixed with these.
+/// Results of other options, or by other weights than those that come with this program, are never mixed with
+/// these.
 void Plan::check_folder(const ReproduceOptions& options) const {
   ordered_json made_with = {{"capture", capture_path_.string()},
-                            {"AdaAttN", content_name(shipped_stylizer(adaattn_form))},
-                            {"stylizer", content_name(shipped_stylizer("guided"))},
+                            {"weights",
+                             {content_name(shipped_stylizer(adaattn_form)),
+                              content_name(shipped_stylizer(StylisePicturesOptions().form))}},
                             {"motion", options.motion.empty() ? "" : fs::absolute(options.motion).string()}};
   for (const fs::path& style : styles_) made_with["styles"].push_back(fs::absolute(style).string());
   const fs::path file = folder_ / "plan.json";
@@ -152,6 +154,9 @@ void Plan::check_folder(const ReproduceOptions& options) const {
     fail("{} was begun with other options ({} differ): give the same ones, or another folder by -o",
          folder_.string(), what);
   };
+  if (before.value("weights", nlohmann::json()) != nlohmann::json(made_with["weights"]))
+    fail("{} was begun by a program with other weights of its stylizers: choose another folder by -o",
+         folder_.string());
   for (const auto& [key, value] : made_with.items())
     if (before.value(key, nlohmann::json()) != nlohmann::json(value)) refuse(key);
   if (!(parse_run_config(before.value("settings", ""), file.string()) == config_)) refuse("settings");

@@ -51,7 +51,7 @@ Report::Table laid_out(const std::string& title, const std::vector<ReproductionR
 
 double number_or_nan(const ordered_json& value) { return value.is_number() ? value.get<double>() : NAN; }
 
-/// The notes of all reports: once what all of them say, then what is a capture's own, under its name.
+/// The notes of all reports: what is a capture's own, under its name, then once what all of them say.
 std::vector<std::string> joined_notes(const std::vector<Reproduction>& all) {
   const auto in_all = [&](const std::string& note) {
     return std::ranges::all_of(all, [&](const Reproduction& made) {
@@ -59,10 +59,10 @@ std::vector<std::string> joined_notes(const std::vector<Reproduction>& all) {
     });
   };
   std::vector<std::string> notes;
-  std::ranges::copy_if(all[0].report.notes, std::back_inserter(notes), in_all);
   for (const Reproduction& made : all)
     for (const std::string& note : made.report.notes)
       if (!in_all(note)) notes.push_back(fmt::format("{}: {}", made.rows.at(0).capture, note));
+  std::ranges::copy_if(all[0].report.notes, std::back_inserter(notes), in_all);
   return notes;
 }
 

@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
-#include <span>
 #include <string>
 #include <vector>
 

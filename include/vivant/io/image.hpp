@@ -5,8 +5,10 @@
 
 namespace vivant {
 
-/// All channels of all pixels of a picture in floats (CV_32F, without gaps between its rows).
-std::span<float> floats_of(const cv::Mat& picture);
+/// All channels of all pixels of a picture in floats. Throws Error when it has other values, or gaps between
+/// its rows.
+std::span<float> floats_of(cv::Mat& picture);
+std::span<const float> floats_of(const cv::Mat& picture);
 
 /// The size of a picture file, checked to be complete without decoding it (PNG and JPEG; others are decoded).
 /// Throws Error when the file is missing, not an image, or cut short.

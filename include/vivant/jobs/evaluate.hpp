@@ -24,8 +24,8 @@ struct FrameScore {
   RegionScore full;  ///< of a run without a person: the pixels outside of the mask
   std::optional<RegionScore> person, background;  ///< inside and outside of the mask
   std::optional<double> silhouette_iou;           ///< of alpha > 1/2 and the mask
-  /// Of the mask and the bare body in the pose that was given: what a perfectly rendered person has beside
-  /// the posed body, as evaluate_motion compares them.
+  /// Of the mask and the bare body in the pose that was given: below 1 by clothes, hair, what is held and the
+  /// pose's error; without the latter two what evaluate_motion would say of a person without a fault.
   std::optional<double> body_iou;
 };
 

@@ -7,8 +7,8 @@
 
 namespace vivant {
 
-/// The weights of a form that come with the program; of the form plain there are none: those of guided, which
-/// loading refuses.
+/// The weights of a form that come with the program; for plain, which has none, those of guided: loading
+/// refuses them.
 std::filesystem::path shipped_stylizer(const std::string& form);
 
 struct StylisePicturesOptions {
