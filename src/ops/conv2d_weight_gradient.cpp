@@ -7,8 +7,8 @@
 namespace vivant {
 namespace {
 
-constexpr std::int64_t taps = 9, points = 36, most_block = 24;
-constexpr std::int64_t most_channels = 1024;  // a work-item keeps 12 transformed tiles on its stack
+constexpr std::int64_t taps = 9, points = 36, row_points = 6, block_tiles = 48;
+constexpr std::int64_t most_channels = 1024;  // a work-item keeps a row of points of 48 tiles on its stack
 
 struct Conv2dWeightGradient final : Op {
   Conv2dWeightGradient(int pad, bool reflect) : pad(pad), reflect(reflect) {}
@@ -28,18 +28,25 @@ struct Conv2dWeightGradient final : Op {
     return (grad[0] + rows - 1) / rows;
   }
 
-  /// By Winograd's algorithm (CPUs): tiles that go through it together, and how many a work-item has in all.
+  /// By Winograd's algorithm (CPUs).
   static bool winograd(const Shape& x, const Shape& grad) {
     return x[2] % 16 == 0 && grad[2] % 16 == 0 && x[2] + grad[2] <= most_channels &&
-           winograd_tiles(grad) >= 2 * most_block;
+           winograd_tiles(grad) >= block_tiles;
   }
-  static std::int64_t block(const Shape& x, const Shape& grad) {
-    return x[2] + grad[2] <= 192 ? most_block : most_block / 2;
+  /// Input channels of a work-item, whose sums fit into the second cache.
+  static std::int64_t block_channels(const Shape& x, const Shape& grad) {
+    constexpr std::int64_t in_cache = 1 << 18;  // numbers: a MiB
+    std::int64_t blocks = 1;
+    while (x[2] % (16 * blocks) != 0 ||
+           (row_points * x[2] / blocks * grad[2] > in_cache && x[2] > 16 * blocks))
+      ++blocks;
+    return x[2] / blocks;
   }
+  /// Chunks of tiles: 256 tiles at least, and all partial sums in 16 MiB.
   static std::int64_t chunk_tiles(const Shape& x, const Shape& grad) {
-    const std::int64_t most_chunks = std::clamp<std::int64_t>((1 << 24) / (points * x[2] * grad[2]), 2, 32);
-    const std::int64_t least = (winograd_tiles(grad) + most_chunks - 1) / most_chunks, size = block(x, grad);
-    return (least + size - 1) / size * size;
+    const std::int64_t most_chunks = std::clamp<std::int64_t>((1 << 22) / (points * x[2] * grad[2]), 1, 8);
+    return (chunk_length(winograd_tiles(grad), 256, most_chunks) + block_tiles - 1) / block_tiles *
+           block_tiles;
   }
   static std::int64_t chunks_of_tiles(const Shape& x, const Shape& grad) {
     const std::int64_t chunk = chunk_tiles(x, grad);
@@ -83,19 +90,18 @@ struct Conv2dWeightGradient final : Op {
   void launch_winograd(Launch& launch) const {
     const Tensor &x = launch.in(0), &grad = launch.in(1), &partial = launch.workspace(0),
                  &zeros = launch.workspace(1), &out = launch.out();
-    Tile tile = choose_gradient_tile(launch, TiledKernel::conv2d_winograd_gradient, x[2], grad[2]);
+    const std::int64_t block = block_channels(x.shape(), grad.shape());
+    Tile tile = choose_gradient_tile(launch, TiledKernel::conv2d_winograd_gradient, block, grad[2]);
     while (grad[2] / 16 % tile.vectors != 0) --tile.vectors;
-    const Defines defines = {{"INNER", x[2]},
-                             {"OUTER", grad[2]},
-                             {"TILE_ROWS", tile.rows},
-                             {"TILE_VECTORS", tile.vectors},
-                             {"TILES", block(x.shape(), grad.shape())}};
+    const Defines defines = {{"INNER", x[2]},        {"OUTER", grad[2]},
+                             {"BLOCK", block},       {"TILE_ROWS", tile.rows},
+                             {"TILES", block_tiles}, {"TILE_VECTORS", tile.vectors}};
     const std::int64_t chunks = chunks_of_tiles(x.shape(), grad.shape());
     launch.zero(zeros);
     launch.kernel("conv2d_winograd.cl", "conv2d_winograd_gradient", defines)
         .args(x, grad, zeros, partial, x[0], x[1], grad[0], grad[1], pad, reflect ? 1 : 0,
               chunk_tiles(x.shape(), grad.shape()))
-        .run({static_cast<std::size_t>(chunks), 1, 1}, {1, 1, 1});
+        .run({row_points, tiles(x[2], block), static_cast<std::size_t>(chunks)}, {1, 1, 1});
     launch.kernel("conv2d_winograd.cl", "conv2d_winograd_weights", defines)
         .args(partial, out, chunks)
         .run({tiles(grad[2], 16), static_cast<std::size_t>(x[2]), 1}, {1, 1, 1});
