@@ -52,6 +52,7 @@ TEST_CASE("config: what a run was trained with before a key came stays") {
   CHECK(config.scene.exposure_rate == 0);
   CHECK_FALSE(config.scene.ground);
   CHECK(config.human.mask_softness == 0);
+  CHECK(config.human.unseen_views == 0);
   CHECK(config.human.plane_scales == 1);
   CHECK(config.human.variation_weight == 0);
   CHECK(config.human.error_input == "observed");

@@ -8,6 +8,7 @@
 #include "small_capture.hpp"
 #include "vivant/jobs/capture_model.hpp"
 #include "vivant/model/human_renderer.hpp"
+#include "vivant/model/unseen_surface.hpp"
 #include "vivant/ops/gather.hpp"
 
 using namespace vivant;
@@ -120,6 +121,36 @@ TEST_CASE("human rays: masks of fitted poses have soft borders, those of exact o
   double difference = 0;  // of the shares of pixels that are the person's
   for (std::size_t i = 0; i < soft.size(); ++i) difference += soft[i] - stored[i];
   CHECK(std::abs(difference) < 0.02 * std::accumulate(stored.begin(), stored.end(), 0.0));
+}
+
+TEST_CASE("human rays: views of the unseen surface come after the pictures'") {
+  Training training;
+  const Body& body = training.model.human()->body().body();
+  const std::vector<int> frames = training.capture.training_frames();
+  const auto rays_with = [&](int count) {
+    HumanRayOptions options = human_ray_options(training.config, true);
+    options.unseen_views = count;
+    return HumanRays(training.device, training.model.human()->body(), training.capture, frames, backgrounds(),
+                     options);
+  };
+  std::vector<float> expected;
+  for (const UnseenView& view : unseen_views(body, training.capture, frames, 3))
+    for (const cv::Vec3b& colour : view.colours)
+      for (int c = 0; c < 3; ++c) expected.push_back(static_cast<float>(colour[c]) / 255);
+  const HumanRays without = rays_with(0), with = rays_with(3);
+  const std::int64_t before = without.samples().ray_count(), count = with.samples().ray_count() - before;
+  REQUIRE(count > 0);
+  REQUIRE(3 * count == static_cast<std::int64_t>(expected.size()));
+  std::vector<std::int32_t> rays(count);
+  std::iota(rays.begin(), rays.end(), static_cast<std::int32_t>(before));
+  Graph graph;
+  const Value index = graph.constant({count}, std::span<const std::int32_t>(rays)),
+              colours = image_gather(with.colours(graph), index),
+              masks = image_gather(with.masks(graph), index);
+  Run run(graph, {colours, masks});
+  const std::vector<float> found = run.read(colours);
+  for (std::size_t i = 0; i < expected.size(); ++i) CHECK(found[i] == doctest::Approx(expected[i]));
+  for (const float mask : run.read(masks)) CHECK(mask == 1);
 }
 
 TEST_CASE("human_trainer: the same seed gives the same bits") {

@@ -76,6 +76,10 @@ std::vector<Vector3d> skin(const Body& body, const std::vector<RigidTransform>& 
   return out;
 }
 
+std::vector<Vector3d> posed_vertices(const Body& body, const Pose& pose, const Vector3d& translation) {
+  return skin(body, joint_transforms(body, pose, translation));
+}
+
 std::vector<Vector3d> vertex_normals(std::span<const Vector3d> vertices,
                                      std::span<const Vector3i> triangles) {
   std::vector<Vector3d> normals(vertices.size(), Vector3d::Zero());

@@ -46,7 +46,7 @@ BodySilhouette body_silhouette(const Body& body, std::span<const Eigen::Vector3d
 
 BodySilhouette posed_silhouette(const Body& body, const Pose& pose, const Eigen::Vector3d& translation,
                                 const Camera& camera, double units_per_metre) {
-  std::vector<Eigen::Vector3d> vertices = skin(body, joint_transforms(body, pose, translation));
+  std::vector<Eigen::Vector3d> vertices = posed_vertices(body, pose, translation);
   for (Eigen::Vector3d& vertex : vertices) vertex *= units_per_metre;
   return body_silhouette(body, vertices, camera);
 }

@@ -198,7 +198,7 @@ Pose upper_body(const Body& body, double cycle, double heading) {
 
 /// Adds a frame: the pose above the origin, its lowest vertex on the floor.
 void add_standing(Motion& motion, const Body& body, const Pose& pose) {
-  const double lowest = lowest_height(skin(body, joint_transforms(body, pose, Vector3d::Zero())));
+  const double lowest = lowest_height(posed_vertices(body, pose, Vector3d::Zero()));
   motion.pose.push_back(pose);
   motion.translation.push_back(Vector3d(-body.joints.front().x(), -lowest, -body.joints.front().z()));
 }

@@ -191,6 +191,7 @@ Config parse_run_config(const std::string& text, const std::string& source) {
                                     {"human.shading", "false"},
                                     {"human.corrections", "learned"},
                                     {"human.mask_softness", "0"},
+                                    {"human.unseen_views", "0"},
                                     {"scene.weight_threshold", "0"},
                                     {"scene.cooldown", "0"},
                                     {"human.cooldown", "0"},

@@ -49,27 +49,12 @@ std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const F
   return {path, frames};
 }
 
-std::vector<int> frames_with_person(const Capture& capture) {
-  std::vector<int> frames;
-  for (std::size_t i = 0; i < capture.frames.size(); ++i)
-    if (capture.frames[i].body_frame >= 0) frames.push_back(static_cast<int>(i));
-  return frames;
-}
-
-/// The frame of the capture's poses that is nearest to a frame of the capture.
-int nearest_pose(const Capture& capture, int frame) {
-  const std::vector<int> frames = frames_with_person(capture);
-  const int nearest = *std::min_element(
-      frames.begin(), frames.end(), [&](int a, int b) { return std::abs(a - frame) < std::abs(b - frame); });
-  return capture.frames[nearest].body_frame;
-}
-
 /// Where the scene's person stands when its views begin, if it is not said.
 Place place_of(const OpenRun& scene, const FilmOptions& options, int first_frame) {
   if (options.place) return *options.place;
   if (const HumanModel* human = scene.model->human()) {
     const Placement there = standing_at(human->body().body(), scene.capture.human->poses,
-                                        nearest_pose(scene.capture, first_frame));
+                                        scene.capture.frames[first_frame].body_frame);
     return {{there.x, there.y, there.z}, there.yaw};
   }
   const Eigen::Vector3d focus = focus_point(scene.capture);
@@ -133,7 +118,9 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
     film.shots = spread(path.cameras, animated(run, scene, options, first, film.fps));
   } else if (elsewhere) {
     film.fps = run.capture.fps;
-    film.shots = spread(path.cameras, captured(run, scene, options, first, frames_with_person(run.capture)));
+    std::vector<int> all(run.capture.frames.size());
+    std::iota(all.begin(), all.end(), 0);
+    film.shots = spread(path.cameras, captured(run, scene, options, first, all));
   } else if (has_person) {
     film.shots = spread(path.cameras, captured(run, scene, options, first, frames));
     film.known_poses = !options.place && own_views(options.views);

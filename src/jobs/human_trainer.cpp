@@ -11,6 +11,7 @@ namespace vivant {
 HumanRayOptions human_ray_options(const Config& config, bool exact_poses) {
   return {.border = config.human.ray_border,
           .mask_softness = exact_poses ? 0 : config.human.mask_softness,
+          .unseen_views = static_cast<int>(config.human.unseen_views),
           .pool = {.step = config.human.sample_step,
                    .threshold = config.human.threshold,
                    .samples_per_ray = config.human.samples}};

@@ -1,7 +1,10 @@
 #include "vivant/model/human_rays.hpp"
 
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
+
+#include "vivant/model/unseen_surface.hpp"
 
 namespace vivant {
 namespace {
@@ -24,6 +27,45 @@ cv::Mat softened(const cv::Mat& mask, double sigma) {
   cv::Mat soft;
   cv::GaussianBlur(mask, soft, {}, sigma, sigma, cv::BORDER_REPLICATE);
   return soft;
+}
+
+/// What the rays should see.
+struct Targets {
+  std::vector<std::uint8_t> colours, backgrounds, masks;
+  std::vector<std::int32_t> on_mask;  ///< rays of which most is the person's
+
+  void add(const cv::Vec3b& colour, const cv::Vec3b& background, std::uint8_t mask) {
+    masks.push_back(mask);
+    for (int c = 0; c < 3; ++c) {
+      colours.push_back(colour[c]);
+      backgrounds.push_back(background[c]);
+    }
+  }
+};
+
+/// The rays of a box around the person in a frame.
+std::vector<Ray> captured_rays(const Body& body, const Capture& capture, int index, const cv::Mat& background,
+                               const HumanRayOptions& options, Targets& targets) {
+  const CaptureFrame& frame = capture.frames[index];
+  if (frame.body_frame < 0) fail("{}: the frame {} has no body_frame", capture.source.string(), frame.name);
+  const Motion& poses = capture.human->poses;
+  const cv::Mat image = capture.image(index), stored = capture.soft_mask(index), mask = stored > 127,
+                coverage = softened(stored, options.mask_softness * image.rows);
+  if (background.type() != CV_8UC3 || background.size() != image.size())
+    fail("the background of {} is no RGB picture of {}x{} pixels", frame.name, image.cols, image.rows);
+  const cv::Rect box =
+      person_box(mask, frame.camera,
+                 posed_vertices(body, poses.pose[frame.body_frame], poses.translation[frame.body_frame]),
+                 static_cast<int>(std::lround(options.border * image.rows)));
+  std::vector<Ray> rays;
+  for (int y = box.y; y < box.br().y; ++y)
+    for (int x = box.x; x < box.br().x; ++x) {
+      if (mask.at<std::uint8_t>(y, x) != 0)
+        targets.on_mask.push_back(static_cast<std::int32_t>(targets.masks.size()));
+      targets.add(image.at<cv::Vec3b>(y, x), background.at<cv::Vec3b>(y, x), coverage.at<std::uint8_t>(y, x));
+      rays.push_back(frame.camera.ray({x + 0.5, y + 0.5}));
+    }
+  return rays;
 }
 
 }  // namespace
@@ -56,46 +98,31 @@ HumanRays::HumanRays(Device& device, const BodyModel& body, const Capture& captu
                      const HumanRayOptions& options)
     : pool_(device, body, options.pool) {
   if (!capture.human) fail("{}: there is no person to train", capture.source.string());
-  std::vector<std::uint8_t> colours, behind, masks;
-  std::vector<std::int32_t> drawn, on_mask;
-  for (std::size_t row = 0; row < frames.size(); ++row) {
-    const CaptureFrame& frame = capture.frames[frames[row]];
-    if (frame.body_frame < 0) fail("{}: the frame {} has no body_frame", capture.source.string(), frame.name);
-    const Pose& pose = capture.human->poses.pose[frame.body_frame];
-    const Eigen::Vector3d& translation = capture.human->poses.translation[frame.body_frame];
-    const cv::Mat image = capture.image(frames[row]), stored = capture.soft_mask(frames[row]),
-                  mask = stored > 127, coverage = softened(stored, options.mask_softness * image.rows),
-                  &background = backgrounds.at(row);
-    if (background.type() != CV_8UC3 || background.size() != image.size())
-      fail("the background of {} is no RGB picture of {}x{} pixels", frame.name, image.cols, image.rows);
-    const cv::Rect box =
-        person_box(mask, frame.camera, skin(body.body(), joint_transforms(body.body(), pose, translation)),
-                   static_cast<int>(std::lround(options.border * image.rows)));
-    std::vector<Ray> rays;
-    for (int y = box.y; y < box.br().y; ++y)
-      for (int x = box.x; x < box.br().x; ++x) {
-        const auto id = static_cast<std::int32_t>(masks.size());
-        drawn.push_back(id);
-        if (mask.at<std::uint8_t>(y, x) >= 128) on_mask.push_back(id);
-        masks.push_back(coverage.at<std::uint8_t>(y, x));
-        for (int c = 0; c < 3; ++c) {
-          colours.push_back(image.at<cv::Vec3b>(y, x)[c]);
-          behind.push_back(background.at<cv::Vec3b>(y, x)[c]);
-        }
-        rays.push_back(frame.camera.ray({x + 0.5, y + 0.5}));
-      }
-    pool_.add_frame(static_cast<int>(row), pose, translation, rays);
+  const auto add_rays = [&](std::size_t row, const std::vector<Ray>& rays) {
+    const Motion& poses = capture.human->poses;
+    const int pose = capture.frames[frames[row]].body_frame;
+    pool_.add_frame(static_cast<int>(row), poses.pose[pose], poses.translation[pose], rays);
+  };
+  Targets targets;
+  for (std::size_t row = 0; row < frames.size(); ++row)
+    add_rays(row, captured_rays(body.body(), capture, frames[row], backgrounds.at(row), options, targets));
+  if (targets.on_mask.empty()) fail("{}: the masks show no person", capture.source.string());
+  const std::size_t captured = targets.masks.size();
+  for (const UnseenView& view : unseen_views(body.body(), capture, frames, options.unseen_views)) {
+    for (const cv::Vec3b& colour : view.colours) targets.add(colour, colour, 255);
+    add_rays(view.row, view.rays);
   }
-  if (on_mask.empty()) fail("{}: the masks show no person", capture.source.string());
   pool_.finish();
-  for (std::size_t i = 0; i < masks.size(); ++i) drawn.push_back(on_mask[i % on_mask.size()]);
+  std::vector<std::int32_t> drawn(targets.masks.size());
+  std::iota(drawn.begin(), drawn.end(), 0);
+  for (std::size_t i = 0; i < captured; ++i) drawn.push_back(targets.on_mask[i % targets.on_mask.size()]);
   drawn_count_ = static_cast<std::int64_t>(drawn.size());
   const std::vector<int> counts = pool_.ray_sample_counts();
   for (const std::int32_t ray : drawn)
     mean_samples_ += static_cast<double>(counts[ray]) / static_cast<double>(drawn_count_);
-  colours_ = uploaded(device, colours);
-  backgrounds_ = uploaded(device, behind);
-  masks_ = uploaded(device, masks);
+  colours_ = uploaded(device, targets.colours);
+  backgrounds_ = uploaded(device, targets.backgrounds);
+  masks_ = uploaded(device, targets.masks);
   drawn_ = uploaded(device, drawn);
 }
 

@@ -151,9 +151,8 @@ PersonView HumanRenderer::render(const Camera& camera, const PersonState& state)
   if (!executor_ || width_ != camera.width || height_ != camera.height) build(camera.width, camera.height);
   const Body& body = model_.body().body();
   PersonView view;
-  view.window =
-      visible_window(metric(camera, options_.units_per_metre),
-                     skin(body, joint_transforms(body, state.pose, state.translation)), options_.threshold);
+  view.window = visible_window(metric(camera, options_.units_per_metre),
+                               posed_vertices(body, state.pose, state.translation), options_.threshold);
   if (view.window.empty()) return view;
   std::vector<std::int32_t> pixels;
   for (int y = view.window.y; y < view.window.y + view.window.height; ++y)

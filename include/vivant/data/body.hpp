@@ -57,6 +57,9 @@ std::vector<Eigen::Vector3d> posed_joints(const Body& body, const std::vector<Ri
 
 /// Posed vertices: v' = sum_k w_k T_k v.
 std::vector<Eigen::Vector3d> skin(const Body& body, const std::vector<RigidTransform>& transforms);
+/// The same in a pose.
+std::vector<Eigen::Vector3d> posed_vertices(const Body& body, const Pose& pose,
+                                            const Eigen::Vector3d& translation);
 
 /// Area-weighted unit normals of the vertices of a mesh.
 std::vector<Eigen::Vector3d> vertex_normals(std::span<const Eigen::Vector3d> vertices,

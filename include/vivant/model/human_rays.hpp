@@ -15,11 +15,12 @@ cv::Rect person_box(const cv::Mat& mask, const Camera& camera, const std::vector
 struct HumanRayOptions {
   double border = 0.04;      ///< image heights around the box of mask and posed body
   double mask_softness = 0;  ///< standard deviation in image heights by which masks are blurred
+  int unseen_views = 0;      ///< views of what no picture shows of the body, in made up colours
   PoolOptions pool;
 };
 
 /// The rays that train the person, on the device: all pixels of a box around the person in every frame, each
-/// with what it should see and its samples near the posed body.
+/// with what it should see and its samples near the posed body; and those of unseen_surface.hpp.
 class HumanRays {
  public:
   /// `frames`: indices into capture.frames; their positions are the rows of the frame codes. `backgrounds`:
