@@ -204,6 +204,11 @@ TEST_CASE("pose fit: each held-out frame takes the pose that its picture shows; 
   CHECK(store.read("human.bone_codes") == codes);
 
   const auto fitted = fit_held_out_codes(tiny.device, run, steps, tiny.progress);
+  const auto bones_with = [&](int unseen_views) {
+    run.config.human.unseen_views = unseen_views;
+    return fit_held_out_codes(tiny.device, run, 3, tiny.progress).front().bones;
+  };
+  CHECK(bones_with(12) == bones_with(0));
   const auto shift = [&](const std::vector<float>& bones) {  // the mean over joints, sideways
     double sum = 0;
     for (std::int64_t joint = 0; joint < joints; ++joint) sum += bones[6 * joint + 3];

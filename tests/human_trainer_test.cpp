@@ -109,7 +109,8 @@ TEST_CASE("human rays: masks of fitted poses have soft borders, those of exact o
     std::iota(all.begin(), all.end(), 0);
     const Value mask =
         image_gather(rays.masks(graph), graph.constant({count}, std::span<const std::int32_t>(all)));
-    Run run(graph, {mask});
+    Executor run(training.device, graph, {mask});
+    run.run();
     return run.read(mask);
   };
   const auto between = [](const std::vector<float>& values) {
@@ -146,11 +147,25 @@ TEST_CASE("human rays: views of the unseen surface come after the pictures'") {
   Graph graph;
   const Value index = graph.constant({count}, std::span<const std::int32_t>(rays)),
               colours = image_gather(with.colours(graph), index),
+              backgrounds_there = image_gather(with.backgrounds(graph), index),
               masks = image_gather(with.masks(graph), index);
-  Run run(graph, {colours, masks});
+  Executor run(training.device, graph, {colours, backgrounds_there, masks});
+  run.run();
   const std::vector<float> found = run.read(colours);
   for (std::size_t i = 0; i < expected.size(); ++i) CHECK(found[i] == doctest::Approx(expected[i]));
+  CHECK(run.read(backgrounds_there) == found);
   for (const float mask : run.read(masks)) CHECK(mask == 1);
+  const auto draws = [&](const HumanRays& of) {
+    Graph alone;
+    const Value drawn = of.drawn(alone);
+    return Executor(training.device, alone, {drawn}).read_ints(drawn);
+  };
+  // Every ray once, then again those on the masks of the pictures.
+  const std::vector<std::int32_t> first = draws(without);
+  std::vector<std::int32_t> all(before + count);
+  std::iota(all.begin(), all.end(), 0);
+  all.insert(all.end(), first.begin() + before, first.end());
+  CHECK(draws(with) == all);
 }
 
 TEST_CASE("human_trainer: the same seed gives the same bits") {

@@ -37,7 +37,9 @@ TEST_CASE("run folder: created once, locked against two writers, open to readers
   CHECK(contains(error_of([&] { RunFolder::open_to_read(folder / "none"); }), "no run folder"));
   CHECK(contains(error_of([&] { RunFolder::open_to_write(folder.path()); }), "no config.toml"));
   std::filesystem::rename(folder / "runs", folder / "moved");
+  std::filesystem::remove(folder / "moved/a/previews");
   CHECK(RunFolder::open_to_write(folder / "moved/a").newest_checkpoint()->checkpoint.step == 5);
+  CHECK(std::filesystem::is_directory(folder / "moved/a/previews"));
   write_file(folder / "file", "");
   CHECK(contains(error_of([&] { RunFolder::create(folder / "file/run", ""); }), "cannot make the folder"));
 }

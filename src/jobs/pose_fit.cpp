@@ -24,6 +24,7 @@ Config config_of_fit(Config config, std::int64_t steps) {
   human.correction_start = -1;  // in full from the first step on
   human.alpha_weight = human.hard_weight = human.variation_weight = 0;
   human.smpl_weight = human.edge_weight = human.smooth_weight = 0;
+  human.unseen_views = 0;  // these few frames miss much that the training frames show
   return config;
 }
 

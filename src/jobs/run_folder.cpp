@@ -57,6 +57,7 @@ RunFolder RunFolder::open_to_read(const fs::path& path) {
 RunFolder RunFolder::open_to_write(const fs::path& path) {
   RunFolder run = open_to_read(path);
   run.lock();
+  make_folder(run.previews());  // copies of runs often lack what was an empty folder
   return run;
 }
 

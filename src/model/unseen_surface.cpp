@@ -6,7 +6,6 @@
 
 #include "vivant/data/camera_path.hpp"
 #include "vivant/data/rasterise.hpp"
-#include "vivant/runtime/error.hpp"
 
 namespace vivant {
 namespace {
@@ -47,7 +46,7 @@ void observe(const Body& body, const Capture& capture, int frame, Observed& obse
   const std::vector<Vector3d> normals = vertex_normals(vertices, body.triangles);
   const Camera& camera = capture.frames[frame].camera;
   const Visibility seen = rasterise(camera, vertices, body.triangles);
-  const cv::Mat image = capture.image(frame), inside = inner(capture.mask(frame) > 127, soft_border);
+  const cv::Mat image = capture.image(frame), inside = inner(capture.mask(frame), soft_border);
   const Vector3d eye = camera.centre();
   for (int y = 0; y < seen.height; ++y)
     for (int x = 0; x < seen.width; ++x) {
@@ -105,7 +104,8 @@ UnseenView view_of(const Body& body, const Capture& capture, const std::vector<i
 
 }  // namespace
 
-SurfaceColours surface_colours(const Body& body, const Capture& capture, const std::vector<int>& frames) {
+std::optional<SurfaceColours> surface_colours(const Body& body, const Capture& capture,
+                                              const std::vector<int>& frames) {
   const std::size_t count = body.vertices.size();
   Observed observed{std::vector<cv::Vec3f>(count), std::vector<float>(count), std::vector<bool>(count)};
   for (const int frame : frames) observe(body, capture, frame, observed);
@@ -116,7 +116,7 @@ SurfaceColours surface_colours(const Body& body, const Capture& capture, const s
     surface.unseen[v] = !observed.visible[v];
     if (observed.weight[v] > 0) surface.colour[v] = observed.sum[v] / observed.weight[v];
   }
-  if (known.empty()) fail("{}: no picture shows the body within its mask", capture.source.string());
+  if (known.empty()) return std::nullopt;
   for (std::size_t v = 0; v < count; ++v)
     if (observed.weight[v] == 0)
       surface.colour[v] = nearest_colour(body, known, surface.colour, static_cast<int>(v));
@@ -127,11 +127,12 @@ std::vector<UnseenView> unseen_views(const Body& body, const Capture& capture, c
                                      int count) {
   std::vector<UnseenView> views;
   if (count == 0) return views;
-  const SurfaceColours surface = surface_colours(body, capture, frames);
+  const std::optional<SurfaceColours> surface = surface_colours(body, capture, frames);
+  if (!surface) return views;
   for (int i = 0; i < count; ++i) {
     const std::size_t row = i * frames.size() / count;
     const double turn = 360.0 * (i + 1) / (count + 1);
-    views.push_back(view_of(body, capture, frames, row, turn, surface));
+    views.push_back(view_of(body, capture, frames, row, turn, *surface));
   }
   return views;
 }
