@@ -135,7 +135,7 @@ TEST_CASE("human rays: views of the unseen surface come after the pictures'") {
                      options);
   };
   std::vector<float> expected;
-  for (const UnseenView& view : unseen_views(body, training.capture, frames, 3))
+  for (const UnseenView& view : unseen_views(body, training.capture, frames, 3, 0))
     for (const cv::Vec3b& colour : view.colours)
       for (int c = 0; c < 3; ++c) expected.push_back(static_cast<float>(colour[c]) / 255);
   const HumanRays without = rays_with(0), with = rays_with(3);

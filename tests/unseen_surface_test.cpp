@@ -56,7 +56,7 @@ TEST_CASE("unseen surface: what pictures show has their colours") {
   const Capture& capture = small_capture();
   const Body body = body_of(capture);
   const std::vector<int> frames = capture.training_frames();
-  const SurfaceColours surface = surface_colours(body, capture, frames).value();
+  const SurfaceColours surface = surface_colours(body, capture, frames, 0).value();
   double difference = 0, of_mean = 0, count = 0;
   for (const int frame : frames) {
     const Camera& camera = capture.frames[frame].camera;
@@ -85,7 +85,7 @@ TEST_CASE("unseen surface: the other side is seen from the other side, in colour
   const Capture& capture = small_capture();
   const Body body = body_of(capture);
   const int frame = capture.training_frames().front();
-  const std::vector<UnseenView> views = unseen_views(body, capture, {frame}, 1);
+  const std::vector<UnseenView> views = unseen_views(body, capture, {frame}, 1, 0);
   REQUIRE(views.size() == 1);
   CHECK(views[0].row == 0);
   REQUIRE(views[0].rays.size() == views[0].colours.size());
@@ -117,7 +117,7 @@ TEST_CASE("unseen surface: views keep away from the body's outline") {
   const Body body = body_of(capture);
   const Camera behind = turned(body, capture, 0, 180);
   const Visibility seen = rasterise(behind, posed_in(body, capture, 0), body.triangles);
-  const UnseenView view = unseen_views(body, capture, {0}, 1).front();
+  const UnseenView view = unseen_views(body, capture, {0}, 1, 0.004).front();
   REQUIRE(view.rays.size() > 100);
   for (const Ray& ray : view.rays) {
     const Eigen::Vector3d pixel = behind.project(ray.origin + ray.direction);
@@ -133,7 +133,7 @@ TEST_CASE("unseen surface: other vertices have the mean colour of the nearest fo
   const Capture& capture = small_capture();
   const Body body = body_of(capture);
   const std::vector<int> frames = {capture.training_frames().front()};
-  const SurfaceColours surface = surface_colours(body, capture, frames).value();
+  const SurfaceColours surface = surface_colours(body, capture, frames, 0).value();
   const std::vector<bool> shown = shown_within_masks(body, capture, frames);
   int checked = 0;
   for (std::size_t v = 0; v < shown.size(); v += 7) {
@@ -156,8 +156,8 @@ TEST_CASE(
   for (const int frame : capture.held_out_frames()) capture.frames[frame].image_path = "held-out.png";
   const Body body = body_of(capture);
   const std::vector<int> frames = capture.training_frames();
-  const SurfaceColours surface = surface_colours(body, capture, frames).value();
-  const std::vector<UnseenView> views = unseen_views(body, capture, frames, 3);
+  const SurfaceColours surface = surface_colours(body, capture, frames, 0).value();
+  const std::vector<UnseenView> views = unseen_views(body, capture, frames, 3, 0);
   REQUIRE(views.size() == 3);
   std::size_t rays = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -182,10 +182,10 @@ TEST_CASE("unseen surface: without a body within the masks there are no colours 
   Capture capture = small_capture();
   const Body body = body_of(capture);
   const std::vector<int> frames = capture.training_frames();
-  CHECK(unseen_views(body, capture, frames, 0).empty());
+  CHECK(unseen_views(body, capture, frames, 0, 0).empty());
   const TemporaryFolder folder;
   write_image(folder / "none.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(0)));
   for (CaptureFrame& frame : capture.frames) frame.mask_path = folder / "none.png";
-  CHECK_FALSE(surface_colours(body, capture, frames));
-  CHECK(unseen_views(body, capture, frames, 3).empty());
+  CHECK_FALSE(surface_colours(body, capture, frames, 0));
+  CHECK(unseen_views(body, capture, frames, 3, 0).empty());
 }

@@ -108,7 +108,8 @@ HumanRays::HumanRays(Device& device, const BodyModel& body, const Capture& captu
     add_rays(row, captured_rays(body.body(), capture, frames[row], backgrounds.at(row), options, targets));
   if (targets.on_mask.empty()) fail("{}: the masks show no person", capture.source.string());
   const std::size_t captured = targets.masks.size();
-  for (const UnseenView& view : unseen_views(body.body(), capture, frames, options.unseen_views)) {
+  for (const UnseenView& view :
+       unseen_views(body.body(), capture, frames, options.unseen_views, options.mask_softness)) {
     for (const cv::Vec3b& colour : view.colours) targets.add(colour, colour, 255);
     add_rays(view.row, view.rays);
   }

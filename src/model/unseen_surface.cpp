@@ -14,7 +14,6 @@ using Eigen::Vector3d;
 
 constexpr double least_facing = 0.3;  // cosine between normal and view: 73 degrees
 constexpr int nearest_count = 4;
-constexpr double soft_border = 0.004;  // image heights that masks and fitted poses are off by
 
 std::vector<Vector3d> vertices_in(const Body& body, const Capture& capture, int frame) {
   const Motion& poses = capture.human->poses;
@@ -41,12 +40,12 @@ struct Observed {
   std::vector<bool> visible;
 };
 
-void observe(const Body& body, const Capture& capture, int frame, Observed& observed) {
+void observe(const Body& body, const Capture& capture, int frame, double error, Observed& observed) {
   const std::vector<Vector3d> vertices = vertices_in(body, capture, frame);
   const std::vector<Vector3d> normals = vertex_normals(vertices, body.triangles);
   const Camera& camera = capture.frames[frame].camera;
   const Visibility seen = rasterise(camera, vertices, body.triangles);
-  const cv::Mat image = capture.image(frame), inside = inner(capture.mask(frame), soft_border);
+  const cv::Mat image = capture.image(frame), inside = inner(capture.mask(frame), error);
   const Vector3d eye = camera.centre();
   for (int y = 0; y < seen.height; ++y)
     for (int x = 0; x < seen.width; ++x) {
@@ -78,7 +77,7 @@ cv::Vec3f nearest_colour(const Body& body, const std::vector<int>& known,
 }
 
 UnseenView view_of(const Body& body, const Capture& capture, const std::vector<int>& frames, std::size_t row,
-                   double turn, const SurfaceColours& surface) {
+                   double turn, double error, const SurfaceColours& surface) {
   const int frame = frames[row];
   const std::vector<Vector3d> vertices = vertices_in(body, capture, frame);
   Vector3d centre = Vector3d::Zero();
@@ -86,7 +85,7 @@ UnseenView view_of(const Body& body, const Capture& capture, const std::vector<i
   const Camera camera =
       orbit(capture.frames[frame].camera, centre, up_direction(capture), turn, turn, 1).front();
   const Visibility seen = rasterise(camera, vertices, body.triangles);
-  const cv::Mat within = inner(silhouette(seen), 2 * soft_border);
+  const cv::Mat within = inner(silhouette(seen), 2 * error);
   UnseenView view{row, {}, {}};
   for (int y = 0; y < seen.height; ++y)
     for (int x = 0; x < seen.width; ++x) {
@@ -105,10 +104,10 @@ UnseenView view_of(const Body& body, const Capture& capture, const std::vector<i
 }  // namespace
 
 std::optional<SurfaceColours> surface_colours(const Body& body, const Capture& capture,
-                                              const std::vector<int>& frames) {
+                                              const std::vector<int>& frames, double error) {
   const std::size_t count = body.vertices.size();
   Observed observed{std::vector<cv::Vec3f>(count), std::vector<float>(count), std::vector<bool>(count)};
-  for (const int frame : frames) observe(body, capture, frame, observed);
+  for (const int frame : frames) observe(body, capture, frame, error, observed);
   SurfaceColours surface{std::vector<cv::Vec3f>(count), std::vector<bool>(count)};
   std::vector<int> known;
   for (std::size_t v = 0; v < count; ++v) {
@@ -124,15 +123,15 @@ std::optional<SurfaceColours> surface_colours(const Body& body, const Capture& c
 }
 
 std::vector<UnseenView> unseen_views(const Body& body, const Capture& capture, const std::vector<int>& frames,
-                                     int count) {
+                                     int count, double error) {
   std::vector<UnseenView> views;
   if (count == 0) return views;
-  const std::optional<SurfaceColours> surface = surface_colours(body, capture, frames);
+  const std::optional<SurfaceColours> surface = surface_colours(body, capture, frames, error);
   if (!surface) return views;
   for (int i = 0; i < count; ++i) {
     const std::size_t row = i * frames.size() / count;
     const double turn = 360.0 * (i + 1) / (count + 1);
-    views.push_back(view_of(body, capture, frames, row, turn, *surface));
+    views.push_back(view_of(body, capture, frames, row, turn, error, *surface));
   }
   return views;
 }

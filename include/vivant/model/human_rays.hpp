@@ -14,7 +14,7 @@ cv::Rect person_box(const cv::Mat& mask, const Camera& camera, const std::vector
 
 struct HumanRayOptions {
   double border = 0.04;      ///< image heights around the box of mask and posed body
-  double mask_softness = 0;  ///< standard deviation in image heights by which masks are blurred
+  double mask_softness = 0;  ///< image heights that masks are off by: the standard deviation of their blur
   int unseen_views = 0;      ///< views of what no picture shows of the body, in made up colours
   PoolOptions pool;
 };

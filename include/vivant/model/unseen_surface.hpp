@@ -14,15 +14,14 @@ struct SurfaceColours {
 };
 
 /// The mean colour of every vertex of `body` in the pictures of `frames` that show it from no flat angle,
-/// within the mask. Where none does, the mean of the four nearest vertices that have one, in the rest pose.
-/// What furniture hides counts as seen: its masks say that no person is there. Nothing when no picture shows
-/// any of the body within its mask.
+/// within the mask by more than `error`, the image heights that masks and poses are off by. Where none does,
+/// the mean of the four nearest vertices that have one, in the rest pose. What furniture hides counts as
+/// seen: its masks say that no person is there. Nothing when no picture shows any of the body within its
+/// mask.
 std::optional<SurfaceColours> surface_colours(const Body& body, const Capture& capture,
-                                              const std::vector<int>& frames);
+                                              const std::vector<int>& frames, double error);
 
-/// Pixels of a view from another side of the person that show nothing but unseen surface, more than 0.8 % of
-/// the image's height (in whole pixels) within the outline of the posed body: fitted poses are off by a
-/// little, and these views know no better.
+/// Pixels of a view from another side of the person that show nothing but unseen surface.
 struct UnseenView {
   std::size_t row = 0;             ///< whose pose: the position in `frames`
   std::vector<Ray> rays;           ///< [P]
@@ -30,9 +29,10 @@ struct UnseenView {
 };
 
 /// `count` views of evenly chosen frames, each turned further around the person from its frame's camera, a
-/// full turn in all; none when surface_colours() says nothing. Trained with them, the person's back has the
-/// colours of their sides, not what no training left there. Not in the paper.
+/// full turn in all; none when surface_colours() says nothing. They keep twice the `error` away from the
+/// outline of the posed body, as they know no better than its pose. Trained with them, the person's back has
+/// the colours of their sides, not what no training left there. Not in the paper.
 std::vector<UnseenView> unseen_views(const Body& body, const Capture& capture, const std::vector<int>& frames,
-                                     int count);
+                                     int count, double error);
 
 }  // namespace vivant
