@@ -10,6 +10,7 @@
 #include "vivant/model/human_renderer.hpp"
 #include "vivant/model/unseen_surface.hpp"
 #include "vivant/ops/gather.hpp"
+#include "vivant/ops/reduction.hpp"
 
 using namespace vivant;
 
@@ -166,6 +167,56 @@ TEST_CASE("human rays: views of the unseen surface come after the pictures'") {
   std::iota(all.begin(), all.end(), 0);
   all.insert(all.end(), first.begin() + before, first.end());
   CHECK(draws(with) == all);
+}
+
+TEST_CASE("human rays: made-up views train the field, and no frame's codes") {
+  Training training;
+  const HumanModel& human = *training.model.human();
+  HumanRayOptions options = human_ray_options(training.config, false);
+  options.unseen_views = 3;
+  const HumanRays with(training.device, human.body(), training.capture, training.capture.training_frames(),
+                       backgrounds(), options);
+  CHECK(with.has_unseen_views());
+  options.unseen_views = 0;
+  const HumanRays without(training.device, human.body(), training.capture, training.capture.training_frames(),
+                          backgrounds(), options);
+  CHECK_FALSE(without.has_unseen_views());
+  // The sums of the gradients' sizes: of the bones' codes, of the error's codes, of the density's layer.
+  const auto gradients = [&](std::int64_t first) {
+    constexpr std::int64_t count = 50;
+    std::vector<std::int32_t> rays(count);
+    std::iota(rays.begin(), rays.end(), static_cast<std::int32_t>(first));
+    Graph graph;
+    const auto number = [&](std::int64_t rows, double value) {
+      return graph.constant({rows, 1}, std::vector<double>(rows, value));
+    };
+    const HumanSamples samples = gather_samples(
+        with.samples().table(graph), graph.constant({count}, std::span<const std::int32_t>(rays)),
+        number(count, 0.5), with.samples().step(), with.samples().samples_per_ray(), 4096);
+    const HumanFieldSamples field = human.query(graph, human.field().planes(graph), samples,
+                                                with_constant_copies(graph, human.codes(graph)),
+                                                graph.constant({1}, std::vector<double>{1.0}));
+    Values parameters;
+    for (const char* name : {"human.bone_codes", "human.error_codes", "human.density.weight"})
+      parameters.push_back(training.model.store().value(graph, name));
+    const Values found = differentiate(
+        graph, sum_channels(graph.reshape(field.density, {1, field.density.elements()})), parameters);
+    Executor run(training.device, graph, found);
+    run.run();
+    std::vector<double> sizes;
+    for (const Value& gradient : found) {
+      sizes.push_back(0);
+      for (const float value : run.read(gradient)) sizes.back() += std::abs(value);
+    }
+    return sizes;
+  };
+  training.run(0, 3);  // codes start at 0, where E's last layer is 0, too
+  const std::int64_t pictures = without.samples().ray_count();
+  const std::vector<double> captured = gradients(pictures / 2), made_up = gradients(pictures);
+  for (const double size : captured) CHECK(size > 0);
+  CHECK(made_up[0] == 0);
+  CHECK(made_up[1] == 0);
+  CHECK(made_up[2] > 0);
 }
 
 TEST_CASE("human_trainer: the same seed gives the same bits") {

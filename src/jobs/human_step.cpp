@@ -81,7 +81,9 @@ void HumanStep::loss_of_rays(Value planes, std::int64_t capacity) {
   const Value live_ids =
       graph_.with_count(graph_.reshape(samples.ids, {samples.ids.elements(), 1}), samples.points.count());
   const Value keep = gather_rows(graph_.reshape(coins, {count * per_ray, 1}), live_ids, IdOrder::ascending);
-  const HumanFieldSamples field = model_.query(graph_, planes, samples, model_.codes(graph_), fade_, keep);
+  FrameCodes codes = model_.codes(graph_);
+  if (rays_.has_unseen_views()) codes = with_constant_copies(graph_, codes);
+  const HumanFieldSamples field = model_.query(graph_, planes, samples, codes, fade_, keep);
   const RenderWeights weights = render_weights(field.density, field.deltas, field.depths);
   const Value alpha = sum_channels(weights.weight);
   const Value colour = model_.field().colour(

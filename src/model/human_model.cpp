@@ -1,5 +1,6 @@
 #include "vivant/model/human_model.hpp"
 
+#include "vivant/ops/concat.hpp"
 #include "vivant/ops/gather.hpp"
 #include "vivant/ops/positional_encoding.hpp"
 #include "vivant/ops/rays.hpp"
@@ -55,6 +56,19 @@ HumanModel::HumanModel(Device& device, ParameterStore& store, const Initializer&
     store.add(bone_codes_name, {frames, joints, 6}, group_codes,
               std::vector<float>(frames * joints * 6, 0.0f));
   }
+}
+
+FrameCodes with_constant_copies(Graph& graph, const FrameCodes& codes) {
+  const auto twice = [&](Value rows) {
+    const Value flat = graph.reshape(rows, {1, rows.elements()});
+    return concat({flat, graph.detach(flat)});
+  };
+  FrameCodes both;
+  if (const Value rows = codes.error)
+    both.error = graph.reshape(twice(rows), {2 * rows.shape()[0], rows.shape()[1]});
+  if (const Value rows = codes.bones)
+    both.bones = graph.reshape(twice(rows), {2 * rows.shape()[0], rows.shape()[1], rows.shape()[2]});
+  return both;
 }
 
 FrameCodes HumanModel::codes(Graph& graph) const {

@@ -98,20 +98,22 @@ HumanRays::HumanRays(Device& device, const BodyModel& body, const Capture& captu
                      const HumanRayOptions& options)
     : pool_(device, body, options.pool) {
   if (!capture.human) fail("{}: there is no person to train", capture.source.string());
-  const auto add_rays = [&](std::size_t row, const std::vector<Ray>& rays) {
+  const auto add_rays = [&](std::size_t row, std::size_t codes, const std::vector<Ray>& rays) {
     const Motion& poses = capture.human->poses;
     const int pose = capture.frames[frames[row]].body_frame;
-    pool_.add_frame(static_cast<int>(row), poses.pose[pose], poses.translation[pose], rays);
+    pool_.add_frame(static_cast<int>(codes), poses.pose[pose], poses.translation[pose], rays);
   };
   Targets targets;
   for (std::size_t row = 0; row < frames.size(); ++row)
-    add_rays(row, captured_rays(body.body(), capture, frames[row], backgrounds.at(row), options, targets));
+    add_rays(row, row,
+             captured_rays(body.body(), capture, frames[row], backgrounds.at(row), options, targets));
   if (targets.on_mask.empty()) fail("{}: the masks show no person", capture.source.string());
   const std::size_t captured = targets.masks.size();
   for (const UnseenView& view :
        unseen_views(body.body(), capture, frames, options.unseen_views, options.mask_softness)) {
     for (const cv::Vec3b& colour : view.colours) targets.add(colour, colour, 255);
-    add_rays(view.row, view.rays);
+    add_rays(view.row, frames.size() + view.row, view.rays);
+    has_unseen_views_ = true;
   }
   pool_.finish();
   std::vector<std::int32_t> drawn(targets.masks.size());

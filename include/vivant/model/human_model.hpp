@@ -31,6 +31,9 @@ struct FrameCodes {
   Value bones;  ///< [G, J, 6]
 };
 
+/// The codes, and in rows G .. 2 G - 1 the same as constants, which no gradient reaches.
+FrameCodes with_constant_copies(Graph& graph, const FrameCodes& codes);
+
 /// What the field says of samples on R rays with at most S samples each; N rows hold the samples that exist.
 struct HumanFieldSamples {
   Value depths, deltas;    ///< [R, S]

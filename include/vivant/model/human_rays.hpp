@@ -20,7 +20,9 @@ struct HumanRayOptions {
 };
 
 /// The rays that train the person, on the device: all pixels of a box around the person in every frame, each
-/// with what it should see and its samples near the posed body; and those of unseen_surface.hpp.
+/// with what it should see and its samples near the posed body; and those of unseen_surface.hpp, if there are
+/// any. What these should see is made up, so that it must not tell what a frame's pose is off by: they name
+/// the rows of with_constant_copies().
 class HumanRays {
  public:
   /// `frames`: indices into capture.frames; their positions are the rows of the frame codes. `backgrounds`:
@@ -29,6 +31,7 @@ class HumanRays {
             const std::vector<cv::Mat>& backgrounds, const HumanRayOptions& options);
 
   const HumanSamplePool& samples() const { return pool_; }
+  bool has_unseen_views() const { return has_unseen_views_; }
   Value colours(Graph& graph) const;      ///< u8 [rays, 3]
   Value backgrounds(Graph& graph) const;  ///< u8 [rays, 3]
   Value masks(Graph& graph) const;        ///< u8 [rays, 1], 255 on the person, between at its border
@@ -40,6 +43,7 @@ class HumanRays {
 
  private:
   HumanSamplePool pool_;
+  bool has_unseen_views_ = false;
   std::int64_t drawn_count_ = 0;
   double mean_samples_ = 0;
   std::shared_ptr<Buffer> colours_, backgrounds_, masks_, drawn_;
