@@ -303,7 +303,7 @@ TEST_CASE("capture: tennis, a camera that only rotates") {
     const Motion& poses = capture.human->poses;
     const cv::Mat mask = capture.mask(frame);
     int inside = 0;
-    const auto vertices = skin(body, joint_transforms(body, poses.pose[row], poses.translation[row]));
+    const auto vertices = posed_vertices(body, poses, row);
     for (const Vector3d& vertex : vertices) {
       const Vector3d pixel = capture.frames[frame].camera.project(vertex);
       const cv::Point at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));

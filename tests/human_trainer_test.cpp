@@ -93,6 +93,12 @@ Agreement agreement(Training& training) {
           cv::norm(drawn, image, cv::NORM_L1, mask) / cv::norm(flat, image, cv::NORM_L1, mask)};
 }
 
+HumanRays rays_with(Training& training, HumanRayOptions options, int unseen_views) {
+  options.unseen_views = unseen_views;
+  return HumanRays(training.device, training.model.human()->body(), training.capture,
+                   training.capture.training_frames(), backgrounds(), options);
+}
+
 }  // namespace
 
 TEST_CASE("human rays: masks of fitted poses have soft borders, those of exact ones are as stored") {
@@ -102,8 +108,7 @@ TEST_CASE("human rays: masks of fitted poses have soft borders, those of exact o
   CHECK(human_ray_options(config, true).mask_softness == 0);
   CHECK(human_ray_options(config, false).mask_softness == 0.02);
   const auto masks = [&](bool exact) {
-    const HumanRays rays(training.device, training.model.human()->body(), training.capture,
-                         training.capture.training_frames(), backgrounds(), human_ray_options(config, exact));
+    const HumanRays rays = rays_with(training, human_ray_options(config, exact), 0);
     Graph graph;
     const std::int64_t count = rays.samples().ray_count();
     std::vector<std::int32_t> all(count);
@@ -129,17 +134,12 @@ TEST_CASE("human rays: views of the unseen surface come after the pictures'") {
   Training training;
   const Body& body = training.model.human()->body().body();
   const std::vector<int> frames = training.capture.training_frames();
-  const auto rays_with = [&](int count) {
-    HumanRayOptions options = human_ray_options(training.config, true);
-    options.unseen_views = count;
-    return HumanRays(training.device, training.model.human()->body(), training.capture, frames, backgrounds(),
-                     options);
-  };
+  const HumanRayOptions options = human_ray_options(training.config, true);
   std::vector<float> expected;
   for (const UnseenView& view : unseen_views(body, training.capture, frames, 3, 0))
     for (const cv::Vec3b& colour : view.colours)
       for (int c = 0; c < 3; ++c) expected.push_back(static_cast<float>(colour[c]) / 255);
-  const HumanRays without = rays_with(0), with = rays_with(3);
+  const HumanRays without = rays_with(training, options, 0), with = rays_with(training, options, 3);
   const std::int64_t before = without.samples().ray_count(), count = with.samples().ray_count() - before;
   REQUIRE(count > 0);
   REQUIRE(3 * count == static_cast<std::int64_t>(expected.size()));
@@ -172,15 +172,10 @@ TEST_CASE("human rays: views of the unseen surface come after the pictures'") {
 TEST_CASE("human rays: made-up views train the field, and no frame's codes") {
   Training training;
   const HumanModel& human = *training.model.human();
-  HumanRayOptions options = human_ray_options(training.config, false);
-  options.unseen_views = 3;
-  const HumanRays with(training.device, human.body(), training.capture, training.capture.training_frames(),
-                       backgrounds(), options);
-  CHECK(with.has_unseen_views());
-  options.unseen_views = 0;
-  const HumanRays without(training.device, human.body(), training.capture, training.capture.training_frames(),
-                          backgrounds(), options);
+  const HumanRayOptions options = human_ray_options(training.config, false);
+  const HumanRays without = rays_with(training, options, 0), with = rays_with(training, options, 3);
   CHECK_FALSE(without.has_unseen_views());
+  CHECK(with.has_unseen_views());
   // The sums of the gradients' sizes: of the bones' codes, of the error's codes, of the density's layer.
   const auto gradients = [&](std::int64_t first) {
     constexpr std::int64_t count = 50;

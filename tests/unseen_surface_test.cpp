@@ -16,8 +16,7 @@ namespace {
 Body body_of(const Capture& capture) { return shaped(capture.human->body, capture.human->poses.shape); }
 
 std::vector<Eigen::Vector3d> posed_in(const Body& body, const Capture& capture, int frame) {
-  const int row = capture.frames[frame].body_frame;
-  return posed_vertices(body, capture.human->poses.pose[row], capture.human->poses.translation[row]);
+  return posed_vertices(body, capture.human->poses, capture.frames[frame].body_frame);
 }
 
 Camera turned(const Body& body, const Capture& capture, int frame, double degrees) {

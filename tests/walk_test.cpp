@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 namespace {
 
 std::vector<Vector3d> posed(const Body& body, const Motion& motion, int frame) {
-  return skin(body, joint_transforms(body, motion.pose[frame], motion.translation[frame]));
+  return posed_vertices(body, motion, frame);
 }
 
 double lowest(const std::vector<Vector3d>& vertices) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "vivant/io/image.hpp"
 #include "vivant/runtime/error.hpp"
@@ -93,6 +94,11 @@ std::vector<std::pair<int, double>> spline_shares(const std::vector<int>& frames
 
 }  // namespace
 
+std::vector<int> Capture::all_frames() const {
+  std::vector<int> all(frames.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
 std::vector<int> Capture::training_frames() const { return frames_where(*this, false); }
 std::vector<int> Capture::held_out_frames() const { return frames_where(*this, true); }
 

@@ -52,7 +52,7 @@ Slope weighted_fit(const std::vector<Vector3d>& points, const std::vector<double
 std::vector<Vector3d> lowest_points(const Body& body, const Motion& motion) {
   std::vector<Vector3d> lowest;
   for (int frame = 0; frame < motion.frame_count(); ++frame) {
-    const std::vector<Vector3d> posed = posed_vertices(body, motion.pose[frame], motion.translation[frame]);
+    const std::vector<Vector3d> posed = posed_vertices(body, motion, frame);
     lowest.push_back(*std::min_element(posed.begin(), posed.end(),
                                        [](const Vector3d& a, const Vector3d& b) { return a.y() < b.y(); }));
   }

@@ -24,6 +24,10 @@ double radians(double degrees) { return degrees * M_PI / 180; }
 
 }  // namespace
 
+std::vector<Vector3d> posed_vertices(const Body& body, const Motion& motion, int frame) {
+  return posed_vertices(body, motion.pose[frame], motion.translation[frame]);
+}
+
 void check_motion(const Motion& motion, int joint_count, const std::string& source) {
   if (motion.pose.empty()) fail("{}: it holds no pose", source);
   if (!(motion.fps > 0) || !std::isfinite(motion.fps))

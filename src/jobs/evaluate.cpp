@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "vivant/io/atomic_file.hpp"
 #include "vivant/io/video.hpp"
@@ -197,12 +196,6 @@ PersonState state_of(const OpenRun& run, const Capture& truth, int frame) {
   return novel_state(poses, shown.body_frame, novel_codes(run.config, human));
 }
 
-std::vector<int> all_frames(const Capture& capture) {
-  std::vector<int> frames(capture.frames.size());
-  std::iota(frames.begin(), frames.end(), 0);
-  return frames;
-}
-
 }  // namespace
 
 Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions& options,
@@ -212,7 +205,7 @@ Evaluation evaluate(Device& device, const OpenRun& run, const EvaluationOptions&
   if (!own && options.fit_pose_steps > 0)
     throw UsageError("poses are fitted to held-out frames of the run's own capture, not to another truth");
   const Capture truth = own ? run.capture : load_capture(options.truth);
-  const std::vector<int> frames = own ? truth.held_out_frames() : all_frames(truth);
+  const std::vector<int> frames = own ? truth.held_out_frames() : truth.all_frames();
   if (frames.empty()) fail("{}: the capture holds out no frames to compare with", truth.source.string());
   const HumanModel* human = run.model->human();
   std::optional<SceneRenderer> scene;

@@ -1,7 +1,6 @@
 #include "vivant/jobs/film.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "vivant/data/camera_path.hpp"
 
@@ -26,11 +25,9 @@ std::pair<CameraPath, std::vector<int>> views_of(const Capture& capture, const F
   CameraPath path{capture.fps, {}};
   std::vector<int> frames;
   if (own_views(options.views)) {
-    frames = options.views == "train" ? capture.training_frames() : capture.held_out_frames();
-    if (options.views == "all") {
-      frames.resize(capture.frames.size());
-      std::iota(frames.begin(), frames.end(), 0);
-    }
+    frames = options.views == "all"     ? capture.all_frames()
+             : options.views == "train" ? capture.training_frames()
+                                        : capture.held_out_frames();
     path.cameras = cameras_of(capture, frames);
   } else if (options.views == "orbit") {
     const int middle = static_cast<int>(capture.frames.size() / 2);
@@ -118,9 +115,7 @@ Film whole_film(const OpenRun& run, const OpenRun& scene, const FilmOptions& opt
     film.shots = spread(path.cameras, animated(run, scene, options, first, film.fps));
   } else if (elsewhere) {
     film.fps = run.capture.fps;
-    std::vector<int> all(run.capture.frames.size());
-    std::iota(all.begin(), all.end(), 0);
-    film.shots = spread(path.cameras, captured(run, scene, options, first, all));
+    film.shots = spread(path.cameras, captured(run, scene, options, first, run.capture.all_frames()));
   } else if (has_person) {
     film.shots = spread(path.cameras, captured(run, scene, options, first, frames));
     film.known_poses = !options.place && own_views(options.views);

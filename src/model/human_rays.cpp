@@ -48,14 +48,12 @@ std::vector<Ray> captured_rays(const Body& body, const Capture& capture, int ind
                                const HumanRayOptions& options, Targets& targets) {
   const CaptureFrame& frame = capture.frames[index];
   if (frame.body_frame < 0) fail("{}: the frame {} has no body_frame", capture.source.string(), frame.name);
-  const Motion& poses = capture.human->poses;
   const cv::Mat image = capture.image(index), stored = capture.soft_mask(index), mask = stored > 127,
                 coverage = softened(stored, options.mask_softness * image.rows);
   if (background.type() != CV_8UC3 || background.size() != image.size())
     fail("the background of {} is no RGB picture of {}x{} pixels", frame.name, image.cols, image.rows);
   const cv::Rect box =
-      person_box(mask, frame.camera,
-                 posed_vertices(body, poses.pose[frame.body_frame], poses.translation[frame.body_frame]),
+      person_box(mask, frame.camera, posed_vertices(body, capture.human->poses, frame.body_frame),
                  static_cast<int>(std::lround(options.border * image.rows)));
   std::vector<Ray> rays;
   for (int y = box.y; y < box.br().y; ++y)

@@ -15,12 +15,6 @@ using Eigen::Vector3d;
 constexpr double least_facing = 0.3;  // cosine between normal and view: 73 degrees
 constexpr int nearest_count = 4;
 
-std::vector<Vector3d> vertices_in(const Body& body, const Capture& capture, int frame) {
-  const Motion& poses = capture.human->poses;
-  const int row = capture.frames[frame].body_frame;
-  return posed_vertices(body, poses.pose[row], poses.translation[row]);
-}
-
 /// A mask without the pixels that are at most so many image heights from its outline.
 cv::Mat inner(const cv::Mat& mask, double heights) {
   const int size = 2 * static_cast<int>(std::lround(heights * mask.rows)) + 1;
@@ -41,7 +35,8 @@ struct Observed {
 };
 
 void observe(const Body& body, const Capture& capture, int frame, double error, Observed& observed) {
-  const std::vector<Vector3d> vertices = vertices_in(body, capture, frame);
+  const std::vector<Vector3d> vertices =
+      posed_vertices(body, capture.human->poses, capture.frames[frame].body_frame);
   const std::vector<Vector3d> normals = vertex_normals(vertices, body.triangles);
   const Camera& camera = capture.frames[frame].camera;
   const Visibility seen = rasterise(camera, vertices, body.triangles);
@@ -79,7 +74,8 @@ cv::Vec3f nearest_colour(const Body& body, const std::vector<int>& known,
 UnseenView view_of(const Body& body, const Capture& capture, const std::vector<int>& frames, std::size_t row,
                    double turn, double error, const SurfaceColours& surface) {
   const int frame = frames[row];
-  const std::vector<Vector3d> vertices = vertices_in(body, capture, frame);
+  const std::vector<Vector3d> vertices =
+      posed_vertices(body, capture.human->poses, capture.frames[frame].body_frame);
   Vector3d centre = Vector3d::Zero();
   for (const Vector3d& vertex : vertices) centre += vertex / static_cast<double>(vertices.size());
   const Camera camera =

@@ -65,7 +65,8 @@ struct Capture {
   Box scene_box;
   bool scene_box_given = false;  ///< false: derived from cameras, points or the body's path
 
-  /// Indices of the frames for training and for evaluation.
+  /// Indices of all frames, of those for training and of those for evaluation.
+  std::vector<int> all_frames() const;
   std::vector<int> training_frames() const;
   std::vector<int> held_out_frames() const;
   /// Where a frame stands in what is learned for each training frame: its own row, or a held-out frame's

@@ -19,6 +19,9 @@ struct Motion {
   int frame_count() const { return static_cast<int>(pose.size()); }
 };
 
+/// Vertices of the body in a frame of the motion.
+std::vector<Eigen::Vector3d> posed_vertices(const Body& body, const Motion& motion, int frame);
+
 /// Where a motion stands: the root of its first frame above (x, z), its ground at height y, facing `yaw`
 /// degrees about +y (0 faces +z, 90 faces +x).
 struct Placement {
